@@ -1,0 +1,52 @@
+# `make` lists the verbs. Everything is installed into .venv from constraints.txt.
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+STAMP  := $(VENV)/.installed
+DEMO   := demo
+
+.PHONY: help setup demo test test-slow lint types floors docs docs-check bench wheel clean
+
+help: ## this list
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
+
+setup: $(STAMP) ## make .venv with orient and its tools
+
+$(STAMP): pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "orient needs Python 3.11 or newer; try: make PYTHON=python3.11 ...")'
+	$(PYTHON) -m venv --clear $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable ".[dev]"
+	@touch $@
+
+demo: $(STAMP) ## orient a real space photograph, Apollo 15 from lunar orbit
+	@BIN=$(BIN) DEMO=$(DEMO) sh sample_projects/demo.sh
+
+test: $(STAMP) ## all tests but the slow ones
+	$(BIN)/python -m pytest -n 2 -m "not slow"
+
+test-slow: $(STAMP) ## long simulations and fault loops
+	$(BIN)/python -m pytest -m slow
+
+lint: $(STAMP) ## ruff
+	$(BIN)/ruff check . && $(BIN)/ruff format --check .
+
+types: $(STAMP) ## mypy, strict
+	$(BIN)/mypy
+
+floors: $(STAMP) ## import contracts
+	$(BIN)/lint-imports
+
+docs: $(STAMP) ## write docs/cli.md and docs/schema.md from the code
+	$(BIN)/python -m orient.report.reference docs
+
+docs-check: $(STAMP) ## fail if the generated pages are not up to date
+	$(BIN)/python -m orient.report.reference docs --check
+
+bench: $(STAMP) ## start-up and run time as ratios
+	$(BIN)/python benchmarks/startup.py
+
+wheel: $(STAMP) ## build dist/orient-*.whl
+	$(BIN)/python -m build --wheel --outdir dist .
+
+clean: ## remove what make made
+	rm -rf $(VENV) $(DEMO) dist build
