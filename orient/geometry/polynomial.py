@@ -1,0 +1,35 @@
+"""Polynomials in two variables: z = sum a_jk u^j v^k, j + k <= degree, as seed 004 (1) writes them.
+
+Terms stand by total degree, powers of u falling: 1, u, v, u^2, uv, v^2, ... The caller centres and scales u and v.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+
+def exponents(degree: int) -> tuple[tuple[int, int], ...]:
+    """((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), ...): (degree+1)(degree+2)/2 pairs (j, k) of u^j v^k."""
+    return tuple((total - k, k) for total in range(degree + 1) for k in range(total + 1))
+
+
+def design(u: ArrayLike, v: ArrayLike, degree: int) -> Array:
+    """z = D a: the rows u^j v^k of D (n, m), m = (degree+1)(degree+2)/2, of u, v (n,)."""
+    u_powers, v_powers = powers(u, degree), powers(v, degree)
+    return np.stack([u_powers[j] * v_powers[k] for j, k in exponents(degree)], axis=-1)
+
+
+def gradient(u: ArrayLike, v: ArrayLike, degree: int) -> Array:
+    """dz/du = sum a_jk j u^(j-1) v^k, dz/dv = sum a_jk k u^j v^(k-1): (n, m, 2), so that dz/d(u, v) = a . gradient."""
+    u_powers, v_powers = powers(u, degree), powers(v, degree)
+    terms = exponents(degree)
+    by_u = np.stack([j * u_powers[max(j - 1, 0)] * v_powers[k] for j, k in terms], axis=-1)
+    by_v = np.stack([k * u_powers[j] * v_powers[max(k - 1, 0)] for j, k in terms], axis=-1)
+    return np.stack([by_u, by_v], axis=-1)
+
+
+def powers(u: ArrayLike, degree: int) -> list[Array]:
+    """[1, u, u^2, ..., u^degree], each (n,)."""
+    base = np.asarray(u, dtype=np.float64)
+    return [base**j for j in range(degree + 1)]

@@ -1,0 +1,139 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pyproj import Transformer
+
+from orient.geodesy.convergence import convergence
+from orient.geodesy.ellipsoid import KRASOVSKY, MOON, WGS84
+from orient.geodesy.topocentric import (
+    Origin,
+    geocentric_from_geographic,
+    geographic_from_geocentric,
+    geographic_from_topocentric,
+    horizon_axes,
+    topocentric_from_geographic,
+    turn_from_grid,
+    turn_to_grid,
+)
+from tests.jacobian import central_difference
+
+ELLIPSOIDS = [KRASOVSKY, WGS84, MOON]
+
+
+def proj_figure(ellipsoid):
+    rf = ellipsoid.inverse_flattening
+    return f"+a={ellipsoid.a_m} +rf={rf}" if rf else f"+R={ellipsoid.a_m}"
+
+
+def proj_topocentric(B, L, H, origin, ellipsoid):
+    """PROJ's cart + topocentric, put into the order north, east, up."""
+    figure = proj_figure(ellipsoid)
+    lat, lon = (float(angle) for angle in np.degrees([origin.B, origin.L]))
+    at = f"+lat_0={lat!r} +lon_0={lon!r} +h_0={origin.H!r}"
+    transformer = Transformer.from_pipeline(
+        f"+proj=pipeline +step +proj=cart {figure} +step +proj=topocentric {figure} {at}"
+    )
+    east, north, up = transformer.transform(L, B, H, radians=True)
+    return np.column_stack([north, east, up])
+
+
+def test_the_vector_of_the_equations():
+    """EQUATIONS 4.1, all digits."""
+    origin = Origin(*np.radians([42.7, 23.0]), 500.0)
+    T = topocentric_from_geographic(*np.radians([[43.7], [24.0]]), [100.0], origin, KRASOVSKY)
+    np.testing.assert_allclose(T, [[111571.7073569, 80607.7406868, -1886.5146518]], rtol=0, atol=6e-8)
+    gamma = float(convergence(origin.B, origin.L, np.radians(21.0), KRASOVSKY))
+    assert np.degrees(gamma) == pytest.approx(1.356620170358, abs=2e-9)
+    T_grid = turn_to_grid(T, np.radians(1.356620170358))
+    np.testing.assert_allclose(T_grid, [[113448.8444978, 77943.6554395, -1886.5146518]], rtol=0, atol=6e-7)
+
+
+def test_iogp_geographic_to_topocentric():
+    """IOGP 373-7-2 (RELIABILITY 8.2): east, north, up of the guidance note, WGS 84."""
+    origin = Origin(*np.radians([55.0, 5.0]), 200.0)
+    T = topocentric_from_geographic(*np.radians([[53.80939444444444], [2.12955]]), [73.0], origin, WGS84)
+    np.testing.assert_allclose(T, [[-128642.040, -189013.869, -4220.171]], rtol=0, atol=1e-3)
+
+
+def test_iogp_geocentric_to_topocentric():
+    origin = Origin(*geographic_from_geocentric([3652755.3058, 319574.6799, 5201547.3536], WGS84))
+    B, L, H = geographic_from_geocentric([3771793.968, 140253.342, 5124304.349], WGS84)
+    T = topocentric_from_geographic(B, L, H, origin, WGS84)
+    np.testing.assert_allclose(T, [-128642.040, -189013.869, -4220.171], rtol=0, atol=1e-3)
+
+
+@pytest.mark.parametrize("ellipsoid", ELLIPSOIDS, ids=lambda e: e.name)
+@pytest.mark.parametrize("B_N", [-90, -89.999, -60, -1, 0, 30, 42.7, 80, 89.5, 90])
+@pytest.mark.parametrize("L_N", [0.0, 23.0, 179.9, -180.0])
+@pytest.mark.parametrize("H_N", [0.0, 500.0, 300e3])
+def test_agrees_with_proj(ellipsoid, B_N, L_N, H_N):
+    origin = Origin(float(np.radians(B_N)), float(np.radians(L_N)), H_N)
+    azimuth, distance = (grid.ravel() for grid in np.meshgrid(np.linspace(0, 6.0, 12), [0.0, 50e3, 300e3, 2e6]))
+    dB = distance / ellipsoid.a_m * np.cos(azimuth)
+    B = np.clip(origin.B + dB, -np.pi / 2, np.pi / 2)
+    spread = np.maximum(np.cos(B), 0.05)
+    L = np.remainder(origin.L + distance / ellipsoid.a_m * np.sin(azimuth) / spread + np.pi, 2 * np.pi) - np.pi
+    H = np.resize([0.0, 1500.0, 300e3, -300.0], len(B))
+    T = topocentric_from_geographic(B, L, H, origin, ellipsoid)
+    np.testing.assert_allclose(T, proj_topocentric(B, L, H, origin, ellipsoid), rtol=0, atol=1e-7)
+    back = geographic_from_topocentric(T, origin, ellipsoid)
+    again = topocentric_from_geographic(*back.T, origin, ellipsoid)
+    np.testing.assert_allclose(again, T, rtol=0, atol=2e-8)
+    np.testing.assert_allclose(back[:, 0], B, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(back[:, 2], H, rtol=0, atol=1e-8)
+
+
+latitude, longitude = st.floats(-np.pi / 2, np.pi / 2), st.floats(-np.pi, np.pi)
+
+
+@pytest.mark.parametrize("ellipsoid", ELLIPSOIDS, ids=lambda e: e.name)
+@given(latitude, longitude, st.floats(-11e3, 4e7))
+def test_geocentric_round_trip(ellipsoid, B, L, H):
+    XYZ = geocentric_from_geographic(B, L, H, ellipsoid)
+    back = geographic_from_geocentric(XYZ, ellipsoid)
+    assert back[0] == pytest.approx(B, abs=3e-15)
+    assert back[2] == pytest.approx(H, abs=2e-8)
+    np.testing.assert_allclose(geocentric_from_geographic(*back, ellipsoid), XYZ, rtol=0, atol=3e-8)
+
+
+def test_the_origin_is_the_origin():
+    origin = Origin(0.7, 3.0, 1234.5)
+    np.testing.assert_array_equal(topocentric_from_geographic(0.7, 3.0, 1234.5, origin, WGS84), 0.0)
+    np.testing.assert_array_equal(topocentric_from_geographic(0.7, 3.0, 1244.5, origin, WGS84), [0, 0, 10])
+
+
+def test_axes_are_north_east_up():
+    origin = Origin(0.7, 0.3, 0.0)
+    T = topocentric_from_geographic([0.7001, 0.7, 0.7], [0.3, 0.3001, 0.3], [0, 0, 9], origin, WGS84)
+    assert (np.argmax(np.abs(T), axis=1) == [0, 1, 2]).all()
+    assert (np.diag(T) > 0).all()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_horizon_axes_are_the_derivatives_of_T(seed):
+    random = np.random.default_rng(seed)
+    origin = Origin(0.6, 0.4, 100.0)
+    B, L, H = random.uniform([-1.2, -3.0, -100.0], [1.2, 3.0, 3000.0])
+    from orient.geodesy.ellipsoid import meridian_radius, prime_vertical_radius
+
+    numeric = central_difference(
+        lambda e: topocentric_from_geographic(e[0], e[1], e[2], origin, WGS84), [B, L, H], [1e-6, 1e-6, 10.0]
+    )
+    arms = np.array(
+        [meridian_radius(WGS84, B) + H, (prime_vertical_radius(WGS84, B) + H) * np.cos(B), 1.0], dtype=float
+    )
+    A = horizon_axes([B], [L], origin)
+    assert A.shape == (1, 3, 3)
+    np.testing.assert_allclose(A[0] * arms, numeric, rtol=1e-7, atol=0.1)
+    np.testing.assert_allclose(A[0] @ A[0].T, np.eye(3), atol=1e-15)
+
+
+def test_horizon_of_the_origin_is_T():
+    origin = Origin(0.6, 0.4, 100.0)
+    np.testing.assert_allclose(horizon_axes(0.6, 0.4, origin), np.eye(3), atol=1e-15)
+
+
+def test_turning_there_and_back():
+    T = np.random.default_rng(3).normal(size=(5, 3))
+    np.testing.assert_allclose(turn_from_grid(turn_to_grid(T, 0.3), 0.3), T, atol=1e-15)
