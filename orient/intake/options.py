@@ -1,0 +1,14 @@
+"""How input files are to be read."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+
+@dataclass(frozen=True, slots=True)
+class ReadOptions:
+    """What the user said about the form of the files; every default is the documented format (docs/input.md)."""
+
+    decimal: Literal["point", "comma"] = "point"
+    encoding: str = "utf-8"
+    ignore_columns: bool = False
+    max_rows: int = 1_000_000
