@@ -1,0 +1,131 @@
+"""[A_P; n'] dP = [dx - A_e de; dH]: how sure is the ground point where an image ray meets its height.
+
+A_P, A_e: partials of the image coordinates by the point and by the six elements; n: the point's own vertical. The
+solution dP = C de + J dx + h dH splits the covariance into the parts of orientation K = C Q C', reading and height.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orient.geometry.collinearity import image_ray, partials_rotation
+
+FloatArray = NDArray[np.float64]
+
+GRAZING_SINE = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class RayJacobians:
+    """dP = C de + J dx + h dH of n points: C (n, 3, 6), J (n, 3, 2) [m/mm], h (n, 3); NaN where a ray is level."""
+
+    C: FloatArray
+    J: FloatArray
+    h: FloatArray
+
+    @property
+    def determined(self) -> NDArray[np.bool_]:
+        """Points (n,) whose ray meets the height."""
+        return np.asarray(np.isfinite(self.h).all(axis=1))
+
+
+@dataclass(frozen=True, slots=True)
+class GroundCovariance:
+    """Parts of the covariance (n, 3, 3) [m^2] of the ground points, in the frame of the orientation."""
+
+    orientation: FloatArray
+    reading: FloatArray
+    height: FloatArray
+
+    @property
+    def total(self) -> FloatArray:
+        """Sum of the three parts, which are independent."""
+        return self.orientation + self.reading + self.height
+
+
+@dataclass(frozen=True, slots=True)
+class Ellipse:
+    """Standard error ellipse: semi-axes a >= b, azimuth of a from the first axis towards the second, [0, pi)."""
+
+    a: float
+    b: float
+    azimuth: float
+
+
+def ray_at_height(
+    image: FloatArray, station: FloatArray, rotation: FloatArray, f_mm: float, heights: FloatArray, up: FloatArray
+) -> FloatArray:
+    """P = S + u (n . (P0 - S)) / (n . u): where the image rays meet the level planes of their heights, (n, 3) [m].
+
+    `image` (n, 2) [mm] refined; `heights` P0 (n, 3): any point of each level plane, right-handed ground frame; `up`
+    n (n, 3): unit verticals. NaN where the ray runs level within 1e-6 or meets the plane behind the camera.
+    """
+    rays = image_ray(image, rotation, f_mm)
+    fall = np.sum(up * rays, axis=1)
+    drop = np.sum(up * (heights - station), axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        distance = drop / fall
+    meets = (np.abs(fall) > GRAZING_SINE) & (distance > 0)
+    return np.asarray(station + np.where(meets, distance, np.nan)[:, None] * rays)
+
+
+def ray_at_height_jacobians(
+    points: FloatArray, station: FloatArray, rotation: FloatArray, f_mm: float, up: FloatArray
+) -> RayJacobians:
+    """dP = M [dx - A_e de; dH], M = [A_P; n']^-1: partials of the ground points by elements, reading and height.
+
+    `points` (n, 3) on their rays (`ray_at_height`), `up` (n, 3) unit verticals. Elements e = (r, X_S, Y_S, Z_S) with
+    R_new = exp([r]x) R. Source: seed 003, equations (1)-(2), without its assumption of a vertical photo.
+    """
+    partials = partials_rotation(points, station, rotation, f_mm)
+    system = np.concatenate([partials[:, :, 6:], up[:, None, :]], axis=1)
+    with np.errstate(invalid="ignore"):
+        rays = points - station
+        level = ~(np.abs(np.sum(up * rays, axis=1)) > GRAZING_SINE * np.linalg.norm(rays, axis=1))
+    M = np.linalg.inv(np.where(level[:, None, None], np.eye(3), system))
+    M[level] = np.nan
+    return RayJacobians(-M[:, :, :2] @ partials[:, :, :6], M[:, :, :2], M[:, :, 2])
+
+
+def ground_covariance(
+    jacobians: RayJacobians, element_covariance: FloatArray, reading_covariance: FloatArray, height_variance: FloatArray
+) -> GroundCovariance:
+    """K = C Q C', J Q_x J', h sigma_H^2 h': the three parts of the covariance of the ground points.
+
+    `element_covariance` (6, 6) full, in rad and m; `reading_covariance` (n, 2, 2) [mm^2]; `height_variance` (n,) [m^2].
+    Never use the diagonal of Q alone: position and rotation are strongly correlated (seed 003, last recommendation).
+    """
+    F = covariance_factor(jacobians, element_covariance)
+    reading = jacobians.J @ reading_covariance @ jacobians.J.transpose(0, 2, 1)
+    height = height_variance[:, None, None] * jacobians.h[:, :, None] * jacobians.h[:, None, :]
+    return GroundCovariance(F @ F.transpose(0, 2, 1), reading, height)
+
+
+def covariance_factor(jacobians: RayJacobians, element_covariance: FloatArray) -> FloatArray:
+    """F_i = C_i L with L L' = Q (n, 3, 6): the covariance between points i and j through the orientation is F_i F_j'.
+
+    The factor loses no digits to the strong correlations of Q, and serves all n^2 pairs.
+    """
+    scale = np.sqrt(np.maximum(np.diag(element_covariance), 0.0))
+    safe = np.where(scale > 0, scale, 1.0)
+    values, axes = np.linalg.eigh(element_covariance / np.outer(safe, safe))
+    L = scale[:, None] * axes * np.sqrt(np.maximum(values, 0.0))
+    return np.asarray(jacobians.C @ L)
+
+
+def pair_covariance(factor: FloatArray, i: NDArray[np.intp], j: NDArray[np.intp]) -> FloatArray:
+    """K_ij = F_i F_j' (m, 3, 3) of the pairs (i, j) (m,) of points."""
+    return np.asarray(factor[i] @ factor[j].transpose(0, 2, 1))
+
+
+def error_ellipse(covariance: FloatArray) -> Ellipse:
+    """a^2, b^2 = (q11 + q22)/2 +- sqrt(((q11 - q22)/2)^2 + q12^2), azimuth = atan2(2 q12, q11 - q22) / 2.
+
+    `covariance` (2, 2). A circle and a point have azimuth 0; rounding below zero counts as b = 0.
+    """
+    q11, q12, q22 = float(covariance[0, 0]), float(covariance[0, 1]), float(covariance[1, 1])
+    mean, radius = 0.5 * (q11 + q22), math.hypot(0.5 * (q11 - q22), q12)
+    azimuth = 0.5 * math.atan2(2 * q12, q11 - q22) % math.pi if radius > 0 else 0.0
+    return Ellipse(math.sqrt(max(mean + radius, 0.0)), math.sqrt(max(mean - radius, 0.0)), azimuth)

@@ -1,0 +1,184 @@
+"""K = C Q C': the numbers of seed 003, central differences, Monte Carlo, error ellipses."""
+
+import numpy as np
+import pytest
+
+from orient.geometry.collinearity import partials_rotation, project
+from orient.geometry.rotation import rotation_exp
+from orient.solvers.ground_covariance import (
+    covariance_factor,
+    error_ellipse,
+    ground_covariance,
+    pair_covariance,
+    ray_at_height,
+    ray_at_height_jacobians,
+)
+from tests.jacobian import central_difference
+from tests.solvers.resection_scenes import FloatArray, generator, looking
+
+UP = np.array([0.0, 0.0, 1.0])
+H = 250e3
+STATION = np.array([0.0, 0.0, H])
+GRID = np.array([[x, y] for y in (1.0, 0.0, -1.0) for x in (-1.0, 0.0, 1.0)])
+
+
+def vertical(layout: FloatArray, f: float, c: float, relief: FloatArray | float = 0.0) -> tuple[FloatArray, FloatArray]:
+    """Cofactors (6, 6) of a vertical photo of control at x/c, y/c = `layout`, and the full ground (n, 3)."""
+    Z = np.broadcast_to(np.asarray(relief) * H, len(layout))
+    ground = np.column_stack([layout * c / f * (H - Z)[:, None], Z])
+    A = partials_rotation(ground, STATION, np.eye(3), f)[:, :, :6].reshape(-1, 6)
+    scale = 1 / np.linalg.norm(A, axis=0)
+    R = np.linalg.qr(A * scale, mode="r")
+    root = scale[:, None] * np.linalg.inv(R)
+    return root @ root.T, ground
+
+
+def in_image_scale(Q: FloatArray, point: tuple[float, float], f: float, c: float) -> FloatArray:
+    """K of one new point on flat ground, divided by (H / f)^2."""
+    ground = np.array([[point[0] * c * H / f, point[1] * c * H / f, 0.0]])
+    jacobians = ray_at_height_jacobians(ground, STATION, np.eye(3), f, UP[None])
+    K = ground_covariance(jacobians, Q, np.zeros((1, 2, 2)), np.zeros(1)).orientation[0]
+    return K * (f / H) ** 2
+
+
+LAYOUTS = {
+    "3x3 grid": (GRID, 0.168692129630),
+    "corners and centre": (GRID[[0, 2, 4, 6, 8]], 0.305338541667),
+    "rectangle 1:0.5": (GRID * [1.0, 0.5], 0.224537037037),
+}
+
+
+@pytest.mark.parametrize("ratio", [0.8, 1.0, 2.2, 6.7, 20.0])
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_seed_003_table_does_not_depend_on_the_focal_length(layout: str, ratio: float) -> None:
+    """EQUATIONS 3.2: K_XX of the point (.5, .25) for f/c = 0.8 ... 20; from a full 6x6 Q it keeps 1e-9 at f/c = 20."""
+    points, K_XX = LAYOUTS[layout]
+    c = 90.0
+    Q, _ = vertical(points, ratio * c, c)
+    assert in_image_scale(Q, (0.5, 0.25), ratio * c, c)[0, 0] == pytest.approx(K_XX, abs=1e-9)
+
+
+def test_relief_breaks_the_invariance() -> None:
+    """EQUATIONS 3.2 (a): with relief K depends on f/c; here a chessboard of +-20 % of H."""
+    relief = 0.2 * np.where(np.arange(9) % 2 == 0, 1.0, -1.0)
+    c = 90.0
+    K_XX = [in_image_scale(vertical(GRID, f, c, relief)[0], (0.5, 0.25), f, c)[0, 0] for f in (c, 2.2 * c, 6.7 * c)]
+    assert np.ptp(K_XX) > 1e-3
+
+
+@pytest.mark.parametrize(("f_mm", "c_mm"), [(152.0, 90.0), (305.0, 115.0), (1000.0, 150.0)])
+def test_corner_of_the_photo_is_3402_nm(f_mm: float, c_mm: float) -> None:
+    """3 x 3 points, sigma 5 um: 3.402 um at the corner whatever the camera; the diagonal of Q alone is far off."""
+    Q, _ = vertical(GRID, f_mm, c_mm)
+    K = in_image_scale(Q, (1.0, 1.0), f_mm, c_mm)
+    assert f"{5 * np.sqrt(K[0, 0]):.3f}" == "3.402"
+    alone = in_image_scale(np.diag(np.diag(Q)), (1.0, 1.0), f_mm, c_mm)
+    assert alone[0, 0] > 9 * K[0, 0]
+
+
+def oblique(n: int = 6) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    random = generator("oblique")
+    rotation, station = looking(0.7, 0.8, 0.4), np.array([300.0, -200.0, 1500.0])
+    image = random.uniform(-40, 40, (n, 2))
+    up = random.normal(size=(n, 3)) * 0.02 + UP
+    return image, rotation, station, up / np.linalg.norm(up, axis=1, keepdims=True)
+
+
+def test_point_lies_on_its_ray_and_at_its_height() -> None:
+    image, rotation, station, up = oblique()
+    heights = np.array([[1e3, 2e3, 30.0 * k] for k in range(6)])
+    points = ray_at_height(image, station, rotation, 150.0, heights, up)
+    np.testing.assert_allclose(project(points, station, rotation, 150.0)[0], image, atol=1e-9)
+    np.testing.assert_allclose(np.sum(up * (points - heights), axis=1), 0, atol=1e-8)
+
+
+def test_jacobians_are_central_differences() -> None:
+    image, rotation, station, up = oblique()
+    heights = np.zeros((6, 3))
+    points = ray_at_height(image, station, rotation, 150.0, heights, up)
+
+    def moved(d: FloatArray) -> FloatArray:
+        turned = rotation_exp(d[:3]) @ rotation
+        return ray_at_height(image + d[6:8], station + d[3:6], turned, 150.0, heights + d[8] * up, up)
+
+    steps = np.array([1e-6] * 3 + [1e-2] * 3 + [1e-4] * 2 + [1e-2])
+    numeric = central_difference(moved, np.zeros(9), steps)
+    jacobians = ray_at_height_jacobians(points, station, rotation, 150.0, up)
+    np.testing.assert_allclose(jacobians.C, numeric[:, :, :6], rtol=1e-6, atol=1e-5)
+    np.testing.assert_allclose(jacobians.J, numeric[:, :, 6:8], rtol=1e-6, atol=1e-5)
+    np.testing.assert_allclose(jacobians.h, numeric[:, :, 8], rtol=1e-6, atol=1e-8)
+
+
+def test_parts_agree_with_a_simulation() -> None:
+    image, rotation, station, up = oblique(2)
+    random = generator("simulation")
+    root = random.normal(size=(6, 6)) * np.array([1e-4] * 3 + [0.2] * 3)[:, None]
+    Q, reading, sigma_H = root @ root.T, np.tile(np.diag([1e-4, 4e-4]), (2, 1, 1)), np.array([1.0, 2.0])
+    points = ray_at_height(image, station, rotation, 150.0, np.zeros((2, 3)), up)
+    jacobians = ray_at_height_jacobians(points, station, rotation, 150.0, up)
+    parts = ground_covariance(jacobians, Q, reading, sigma_H**2)
+    trials = []
+    for _ in range(4000):
+        e, xy = root @ random.normal(size=6), image + random.normal(size=(2, 2)) * [0.01, 0.02]
+        heights = (sigma_H * random.normal(size=2))[:, None] * up
+        turned = rotation_exp(e[:3]) @ rotation
+        trials.append(ray_at_height(xy, station + e[3:], turned, 150.0, heights, up).ravel())
+    sample = np.cov(np.array(trials).T)
+    sigma = np.sqrt(np.diag(sample))
+    total = parts.total
+    factor = covariance_factor(jacobians, Q)
+    between = pair_covariance(factor, np.array([0]), np.array([1]))[0]
+    predicted = np.block([[total[0], between], [between.T, total[1]]])
+    np.testing.assert_allclose(predicted / np.outer(sigma, sigma), sample / np.outer(sigma, sigma), atol=0.1)
+
+
+def test_all_parts_lie_in_the_level_plane_except_the_height() -> None:
+    image, rotation, station, up = oblique()
+    points = ray_at_height(image, station, rotation, 150.0, np.zeros((6, 3)), up)
+    jacobians = ray_at_height_jacobians(points, station, rotation, 150.0, up)
+    Q = np.diag([1e-8] * 3 + [1.0] * 3)
+    parts = ground_covariance(jacobians, Q, np.tile(np.eye(2) * 1e-4, (6, 1, 1)), np.full(6, 4.0))
+    along = np.einsum("ni,nij,nj->n", up, parts.total, up)
+    np.testing.assert_allclose(along, 4.0, rtol=1e-9)
+    np.testing.assert_allclose(parts.orientation, parts.orientation.transpose(0, 2, 1))
+
+
+def test_level_and_backward_rays_have_no_point() -> None:
+    rotation, station = looking(0.0, np.pi / 2, 0.0), np.array([0.0, 0.0, 10.0])
+    image = np.array([[0.0, 0.0], [0.0, 0.0], [0.0, 0.0]])
+    image[1:, :] = (rotation.T @ [1.0, 0.0, -0.5])[:2] * 100, (rotation.T @ [1.0, 0.0, 0.5])[:2] * 100
+    up = np.tile(UP, (3, 1))
+    points = ray_at_height(image, station, rotation, 100.0, np.zeros((3, 3)), up)
+    assert np.isnan(points[0]).all()
+    assert points[1] == pytest.approx([20.0, 0.0, 0.0])
+    assert np.isnan(points[2]).all()
+    jacobians = ray_at_height_jacobians(points, station, rotation, 100.0, up)
+    assert jacobians.determined.tolist() == [False, True, False]
+
+
+def test_factor_serves_singular_covariances() -> None:
+    image, rotation, station, up = oblique()
+    points = ray_at_height(image, station, rotation, 150.0, np.zeros((6, 3)), up)
+    jacobians = ray_at_height_jacobians(points, station, rotation, 150.0, up)
+    Q = np.diag([0.0, 0.0, 0.0, 1.0, 1.0, 0.0])
+    factor = covariance_factor(jacobians, Q)
+    np.testing.assert_allclose(factor @ factor.transpose(0, 2, 1), jacobians.C @ Q @ jacobians.C.transpose(0, 2, 1))
+
+
+@pytest.mark.parametrize(
+    ("covariance", "a", "b", "azimuth_deg"),
+    [
+        ([[4.0, 0.0], [0.0, 1.0]], 2.0, 1.0, 0.0),
+        ([[1.0, 0.0], [0.0, 4.0]], 2.0, 1.0, 90.0),
+        ([[2.5, 1.5], [1.5, 2.5]], 2.0, 1.0, 45.0),
+        ([[2.5, -1.5], [-1.5, 2.5]], 2.0, 1.0, 135.0),
+        ([[3.0, 0.0], [0.0, 3.0]], np.sqrt(3), np.sqrt(3), 0.0),
+        ([[1.0, 1.0], [1.0, 1.0]], np.sqrt(2), 0.0, 45.0),
+        ([[0.0, 0.0], [0.0, 0.0]], 0.0, 0.0, 0.0),
+    ],
+    ids=["along first", "along second", "45", "135", "circle", "line", "point"],
+)
+def test_error_ellipse(covariance: list[list[float]], a: float, b: float, azimuth_deg: float) -> None:
+    ellipse = error_ellipse(np.array(covariance))
+    assert (ellipse.a, ellipse.b) == pytest.approx((a, b), abs=1e-12)
+    assert np.degrees(ellipse.azimuth) == pytest.approx(azimuth_deg, abs=1e-9)
