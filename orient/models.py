@@ -1,0 +1,830 @@
+"""The tables of a project file. Imports nothing of orient.
+
+A row belongs to one run of a stage (`run_id`) and is never changed. Column names carry the unit; a coordinate that is
+not known is NULL. Letters are those of the papers: B, L, H geodetic latitude, longitude, ellipsoidal height; X, Y, Z
+of T and T' are north, east, up (docs/conventions.md). Docstrings and comments become docs/schema.md.
+"""
+
+from typing import Any
+
+from sqlalchemy import (
+    REAL,
+    TEXT,
+    CheckConstraint,
+    ForeignKey,
+    Index,
+    Integer,
+    MetaData,
+    UniqueConstraint,
+)
+from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
+
+SCHEMA_VERSION = 1
+APPLICATION_ID = 0x4F524E54
+REAL_LIMIT = "1e15"
+
+NAMES = {
+    "pk": "pk_%(table_name)s",
+    "fk": "fk_%(table_name)s_%(column_0_name)s",
+    "uq": "uq_%(table_name)s_%(column_0_N_name)s",
+    "ck": "ck_%(table_name)s_%(constraint_name)s",
+    "ix": "ix_%(table_name)s_%(column_0_N_name)s",
+}
+
+
+class Base(DeclarativeBase):
+    metadata = MetaData(naming_convention=NAMES)
+
+
+def real(comment: str, **options: Any) -> Any:
+    return mapped_column(REAL, comment=comment, **options)
+
+
+def text(comment: str, **options: Any) -> Any:
+    return mapped_column(TEXT, comment=comment, **options)
+
+
+def whole(comment: str, **options: Any) -> Any:
+    return mapped_column(Integer, comment=comment, **options)
+
+
+def run_id() -> Any:
+    return mapped_column(ForeignKey("stage_run.run_id"), primary_key=True, comment="the run that wrote the row")
+
+
+def one_of(column: str, *words: str) -> CheckConstraint:
+    choices = ", ".join(f"'{word}'" for word in words)
+    return CheckConstraint(f"{column} IN ({choices})", name=column)
+
+
+# ---------------------------------------------------------------------------------------------- the ledger
+
+
+class StageRun(Base):
+    """One run of one stage: an imported list or a computed result. Versions count from 1 within a stage."""
+
+    __tablename__ = "stage_run"
+    __table_args__ = (
+        UniqueConstraint("stage", "version"),
+        Index(None, "input_digest"),
+    )
+    run_id: Mapped[int] = whole("number of the run in the file", primary_key=True)
+    stage: Mapped[str] = text("photo, readings, sheet, control, model, refine, digitize, bl, ...")
+    version: Mapped[int] = whole("version within the stage, 1, 2, ...")
+    stage_version: Mapped[int] = whole("version of the computation; a change of it can change numbers")
+    settings: Mapped[str] = text("settings as canonical JSON")
+    input_digest: Mapped[str] = text("sha256 over stage, stage_version, settings and the inputs' output digests")
+    actor: Mapped[str] = text("who ran it")
+    reason: Mapped[str] = text("why, in the words of the actor")
+    tool_version: Mapped[str] = text("version of orient, Python, SQLite and numpy")
+    started_at: Mapped[str] = text("UTC, ISO 8601; a decoration: run_id is the order")
+
+
+class RunInput(Base):
+    """Which runs a run has read. `input_run_id < run_id`, so the graph has no cycle."""
+
+    __tablename__ = "run_input"
+    __table_args__ = (
+        CheckConstraint("input_run_id < run_id", name="earlier"),
+        Index(None, "input_run_id"),
+    )
+    run_id: Mapped[int] = run_id()
+    role: Mapped[str] = text("the stage that the input came from", primary_key=True)
+    input_run_id: Mapped[int] = mapped_column(ForeignKey("stage_run.run_id"), comment="the run that was read")
+
+
+class RunSeal(Base):
+    """The end of a run: how it ended and the digest of everything it stored. A sealed run takes no more rows."""
+
+    __tablename__ = "run_seal"
+    __table_args__ = (one_of("status", "succeeded", "failed"),)
+    run_id: Mapped[int] = run_id()
+    status: Mapped[str] = text("succeeded | failed")
+    row_count: Mapped[int] = whole("rows that the run stored in all tables together")
+    output_digest: Mapped[str] = text("sha256 over all rows of the run")
+    summary: Mapped[str] = text("the result in one line")
+    error: Mapped[str] = text("empty, or why the run failed")
+    sealed_at: Mapped[str] = text("UTC, ISO 8601")
+    record_digest: Mapped[str] = text("sha256 over the run's header, inputs, seal and the record before: a chain")
+
+
+class Selection(Base):
+    """Which version of a stage is current: the newest row of the stage. Going back adds a row."""
+
+    __tablename__ = "selection"
+    __table_args__ = (Index(None, "stage", "selection_id"),)
+    selection_id: Mapped[int] = whole("order of the selections", primary_key=True)
+    stage: Mapped[str] = text("stage whose head moves")
+    run_id: Mapped[int] = mapped_column(ForeignKey("stage_run.run_id"), comment="the run that becomes current")
+    actor: Mapped[str] = text("who selected it")
+    reason: Mapped[str] = text("why")
+    selected_at: Mapped[str] = text("UTC, ISO 8601")
+    record_digest: Mapped[str] = text("sha256 over this row and the record before: a chain")
+
+
+class RunEvent(Base):
+    """Remarks, warnings and errors of a run (the papers' table `er`)."""
+
+    __tablename__ = "run_event"
+    __table_args__ = (one_of("severity", "info", "warning", "error"),)
+    run_id: Mapped[int] = run_id()
+    seq: Mapped[int] = whole("order within the run", primary_key=True)
+    severity: Mapped[str] = text("info | warning | error")
+    code: Mapped[str] = text("stable word for programs, e.g. cycle_outlier")
+    subject: Mapped[str] = text("point, sheet or unknown that is meant; empty for the whole run")
+    message: Mapped[str] = text("the sentence for people")
+    value: Mapped[float | None] = real("number that belongs to the message")
+
+
+# ---------------------------------------------------------------------------------------------- photo
+
+
+class Photo(Base):
+    """The photo, its camera, the ground it shows and what is known before the orientation."""
+
+    __tablename__ = "photo"
+    __table_args__ = (
+        one_of("platform", "space", "aerial", "terrestrial"),
+        one_of("ground_kind", "crs", "ellipsoid", "local"),
+        one_of("refraction", "none", "integral", "ardc"),
+        one_of("distortion_model", "none", "brown", "opencv", "radial_table"),
+        one_of("distortion_direction", "none", "correction", "ideal_to_distorted", "displacement"),
+        one_of("interior_transformation", "none", "similarity", "affine", "projective"),
+        one_of("x_axis", "right", "left"),
+        one_of("y_axis", "up", "down"),
+    )
+    run_id: Mapped[int] = run_id()
+    name: Mapped[str] = text("name of the photo")
+    taken_on: Mapped[str | None] = text("date, ISO 8601")
+    image_file: Mapped[str | None] = text("name of the image file; shown as text, never opened by itself")
+    platform: Mapped[str] = text("space | aerial | terrestrial")
+    f_mm: Mapped[float] = real("focal length (principal distance)")
+    x0_mm: Mapped[float] = real("principal point in the fiducial (or pixel-frame) system")
+    y0_mm: Mapped[float] = real("principal point in the fiducial (or pixel-frame) system")
+    sigma_f_mm: Mapped[float | None] = real("standard deviation of f; NULL = taken as known")
+    sigma_x0_mm: Mapped[float | None] = real("standard deviation of x0; NULL = taken as known")
+    sigma_y0_mm: Mapped[float | None] = real("standard deviation of y0; NULL = taken as known")
+    frame_width_mm: Mapped[float] = real("width of the frame")
+    frame_height_mm: Mapped[float] = real("height of the frame")
+    sigma_image_mm: Mapped[float] = real("a-priori standard deviation of one reading of an image coordinate")
+    pixel_size_mm: Mapped[float | None] = real("size of a pixel when readings are in pixels")
+    origin_col_px: Mapped[float | None] = real("column of the frame origin (x = 0)")
+    origin_row_px: Mapped[float | None] = real("row of the frame origin (y = 0)")
+    x_axis: Mapped[str] = text("direction of +x in the pixel image: right | left")
+    y_axis: Mapped[str] = text("direction of +y in the pixel image: up | down")
+    image_width_px: Mapped[int | None] = whole("columns of the image")
+    image_height_px: Mapped[int | None] = whole("rows of the image")
+    interior_transformation: Mapped[str] = text("to the fiducial system: none | similarity | affine | projective")
+    distortion_model: Mapped[str] = text("none | brown | opencv | radial_table")
+    distortion_direction: Mapped[str] = text(
+        "correction: added to measured | displacement: taken from measured | ideal_to_distorted"
+    )
+    refraction: Mapped[str] = text("none | integral | ardc")
+    ground_kind: Mapped[str] = text("crs: a named datum | ellipsoid: a figure without datum | local: Cartesian metres")
+    ground_crs: Mapped[str | None] = text("geographic CRS of B, L, H (authority code)")
+    ellipsoid: Mapped[str | None] = text("name of the ellipsoid")
+    a_m: Mapped[float | None] = real("semi-major axis")
+    inverse_flattening: Mapped[float | None] = real("1/f of the ellipsoid; 0 for a sphere")
+    central_meridian_deg: Mapped[float | None] = real("central meridian L0 of the map zone; NULL: T' = T")
+    handedness: Mapped[str | None] = text("of local Cartesian ground: right | left")
+    ground_height_m: Mapped[float | None] = real("mean ellipsoidal height of the ground, for refraction")
+    camera_height_m: Mapped[float | None] = real("approximate height of the camera, for refraction")
+    station_B_deg: Mapped[float | None] = real("approximate station, latitude")
+    station_L_deg: Mapped[float | None] = real("approximate station, longitude")
+    station_H_m: Mapped[float | None] = real("approximate station, ellipsoidal height")
+    station_X_m: Mapped[float | None] = real("approximate station, local Cartesian or geocentric")
+    station_Y_m: Mapped[float | None] = real("approximate station, local Cartesian or geocentric")
+    station_Z_m: Mapped[float | None] = real("approximate station, local Cartesian or geocentric")
+
+
+class DistortionCoefficient(Base):
+    """Coefficients of the named distortion model."""
+
+    __tablename__ = "distortion_coefficient"
+    run_id: Mapped[int] = run_id()
+    name: Mapped[str] = text("k0 k1 k2 k3 (radial) p1 p2 (decentring) s1 s2 s3 s4 (thin prism)", primary_key=True)
+    value: Mapped[float] = real("in powers of mm (brown) or of the normalised coordinate (opencv)")
+
+
+class DistortionRadial(Base):
+    """A camera certificate's table of radial distortion."""
+
+    __tablename__ = "distortion_radial"
+    run_id: Mapped[int] = run_id()
+    radius_mm: Mapped[float] = real("distance from the principal point", primary_key=True)
+    distortion_mm: Mapped[float] = real("displacement, positive outward; corrected r = r - D(r)")
+
+
+class FiducialMark(Base):
+    """Calibrated coordinates of the fiducial marks."""
+
+    __tablename__ = "fiducial_mark"
+    run_id: Mapped[int] = run_id()
+    mark: Mapped[str] = text("name of the mark", primary_key=True)
+    x_mm: Mapped[float] = real("x, right")
+    y_mm: Mapped[float] = real("y, up")
+
+
+# ---------------------------------------------------------------------------------------------- lists
+
+
+class ComparatorReading(Base):
+    """Readings on the photo in cycles (the papers' table `stereo`), in mm or in pixels."""
+
+    __tablename__ = "comparator_reading"
+    __table_args__ = (
+        one_of("kind", "point", "fiducial"),
+        CheckConstraint(
+            "(x_mm IS NULL) = (y_mm IS NULL) AND (col_px IS NULL) = (row_px IS NULL) "
+            "AND (x_mm IS NULL) <> (col_px IS NULL)",
+            name="mm_or_px",
+        ),
+        Index(None, "run_id", "point"),
+    )
+    run_id: Mapped[int] = run_id()
+    seq: Mapped[int] = whole("order in the file", primary_key=True)
+    point: Mapped[str] = text("point or fiducial mark")
+    kind: Mapped[str] = text("point | fiducial")
+    cycle: Mapped[int] = whole("cycle of measurement, 1, 2, ...")
+    x_mm: Mapped[float | None] = real("comparator x")
+    y_mm: Mapped[float | None] = real("comparator y")
+    col_px: Mapped[float | None] = real("image column")
+    row_px: Mapped[float | None] = real("image row, downwards")
+    sigma: Mapped[float | None] = real("standard deviation of the reading, in its own unit; NULL = a priori")
+
+
+class MapSheet(Base):
+    """A map sheet on the digitiser."""
+
+    __tablename__ = "map_sheet"
+    run_id: Mapped[int] = run_id()
+    sheet: Mapped[str] = text("name of the sheet", primary_key=True)
+    title: Mapped[str] = text("what the sheet is")
+    crs: Mapped[str | None] = text("CRS of the graticule or grid; NULL = the photo's ground")
+    degree: Mapped[int | None] = whole("degree of the polynomial; NULL = chosen by test")
+    sigma_mm: Mapped[float | None] = real("standard deviation of one digitiser reading; NULL = from the fit")
+    pixel_size_mm: Mapped[float | None] = real("size of a pixel when the sheet was read from a scan")
+
+
+class GraticuleCross(Base):
+    """Crosses of the graticule or grid, read on the digitiser (the papers' table `tt`)."""
+
+    __tablename__ = "graticule_cross"
+    __table_args__ = (
+        one_of("role", "fit", "check"),
+        CheckConstraint("(B_deg IS NULL) <> (E_m IS NULL)", name="geographic_or_grid"),
+        Index(None, "run_id", "sheet"),
+    )
+    run_id: Mapped[int] = run_id()
+    seq: Mapped[int] = whole("order in the file", primary_key=True)
+    sheet: Mapped[str] = text("sheet")
+    cross: Mapped[str] = text("name of the cross, unique on the sheet")
+    role: Mapped[str] = text("fit: carries the polynomial | check: only compared")
+    X_mm: Mapped[float] = real("digitiser X, right")
+    Y_mm: Mapped[float] = real("digitiser Y, up")
+    B_deg: Mapped[float | None] = real("latitude")
+    L_deg: Mapped[float | None] = real("longitude")
+    E_m: Mapped[float | None] = real("easting")
+    N_m: Mapped[float | None] = real("northing")
+
+
+class DigitizerReading(Base):
+    """Readings of map points on the digitiser, in cycles (the papers' table `rg`)."""
+
+    __tablename__ = "digitizer_reading"
+    __table_args__ = (Index(None, "run_id", "sheet", "point"),)
+    run_id: Mapped[int] = run_id()
+    seq: Mapped[int] = whole("order in the file", primary_key=True)
+    sheet: Mapped[str] = text("sheet")
+    point: Mapped[str] = text("point")
+    cycle: Mapped[int] = whole("cycle of measurement")
+    X_mm: Mapped[float] = real("digitiser X, right")
+    Y_mm: Mapped[float] = real("digitiser Y, up")
+    H_m: Mapped[float | None] = real("ellipsoidal height of the point")
+    sigma_H_m: Mapped[float | None] = real("standard deviation of the height; NULL = taken as known")
+
+
+class ControlPoint(Base):
+    """Points with known coordinates, as given. NULL coordinates are unknown (plan-only, height-only)."""
+
+    __tablename__ = "control_point"
+    __table_args__ = (
+        one_of("role", "control", "check"),
+        one_of("kind", "geographic", "projected", "geocentric", "local", "none"),
+    )
+    run_id: Mapped[int] = run_id()
+    point: Mapped[str] = text("point", primary_key=True)
+    role: Mapped[str] = text("control: carries the orientation | check: only compared")
+    kind: Mapped[str] = text("geographic | projected | geocentric | local | none (coordinates from a sheet)")
+    B_deg: Mapped[float | None] = real("latitude")
+    L_deg: Mapped[float | None] = real("longitude")
+    E_m: Mapped[float | None] = real("easting")
+    N_m: Mapped[float | None] = real("northing")
+    H_m: Mapped[float | None] = real("ellipsoidal height, or the third coordinate of the stated compound CRS")
+    X_m: Mapped[float | None] = real("geocentric or local X")
+    Y_m: Mapped[float | None] = real("geocentric or local Y")
+    Z_m: Mapped[float | None] = real("geocentric or local Z")
+    cov_XX_m2: Mapped[float | None] = real("covariance; X, Y, Z of geocentric or local points, else north, east, up")
+    cov_XY_m2: Mapped[float | None] = real("covariance")
+    cov_XZ_m2: Mapped[float | None] = real("covariance")
+    cov_YY_m2: Mapped[float | None] = real("covariance")
+    cov_YZ_m2: Mapped[float | None] = real("covariance")
+    cov_ZZ_m2: Mapped[float | None] = real("covariance; all NULL = taken as known")
+
+
+class ControlSystem(Base):
+    """The coordinate system in which the control points are given."""
+
+    __tablename__ = "control_system"
+    run_id: Mapped[int] = run_id()
+    crs: Mapped[str | None] = text("CRS of the coordinates; NULL = the photo's ground")
+    handedness: Mapped[str | None] = text("of local Cartesian coordinates: right | left")
+
+
+class ModelPoint(Base):
+    """Points of a photogrammetric model, by zone (for the absolute orientation)."""
+
+    __tablename__ = "model_point"
+    run_id: Mapped[int] = run_id()
+    zone: Mapped[str] = text("group of photos with its own seven parameters", primary_key=True)
+    point: Mapped[str] = text("point", primary_key=True)
+    x: Mapped[float] = real("model x")
+    y: Mapped[float] = real("model y")
+    z: Mapped[float] = real("model z")
+
+
+# ---------------------------------------------------------------------------------------------- refine
+
+
+class CycleResidual(Base):
+    """Deviation of each reading from the mean of its cycles."""
+
+    __tablename__ = "cycle_residual"
+    __table_args__ = (Index(None, "run_id", "point"),)
+    run_id: Mapped[int] = run_id()
+    seq: Mapped[int] = whole("seq of the comparator reading", primary_key=True)
+    point: Mapped[str] = text("point or fiducial mark")
+    kind: Mapped[str] = text("point | fiducial")
+    cycle: Mapped[int] = whole("cycle")
+    vx_mm: Mapped[float] = real("mean minus reading")
+    vy_mm: Mapped[float] = real("mean minus reading")
+    statistic: Mapped[float | None] = real("largest studentised deviation of the reading; NULL if it is single")
+    is_outlier: Mapped[int] = whole("1 if beyond the critical value")
+    is_used: Mapped[int] = whole("1 if it is part of the mean")
+
+
+class InteriorOrientation(Base):
+    """The transformation from the comparator to the fiducial system."""
+
+    __tablename__ = "interior_orientation"
+    run_id: Mapped[int] = run_id()
+    transformation: Mapped[str] = text("similarity | affine | projective")
+    n_marks: Mapped[int] = whole("fiducial marks used")
+    redundancy: Mapped[int] = whole("equations minus parameters")
+    sigma0_mm: Mapped[float | None] = real("standard deviation of unit weight; NULL without redundancy")
+
+
+class InteriorParameter(Base):
+    """Parameters of the interior orientation."""
+
+    __tablename__ = "interior_parameter"
+    run_id: Mapped[int] = run_id()
+    name: Mapped[str] = text("a0 a1 a2 b0 b1 b2 (c1 c2): x = a0 + a1 X + a2 Y, y = b0 + b1 X + b2 Y", primary_key=True)
+    value: Mapped[float] = real("value")
+    sigma: Mapped[float | None] = real("standard deviation")
+
+
+class FiducialResidual(Base):
+    """Residuals at the fiducial marks."""
+
+    __tablename__ = "fiducial_residual"
+    run_id: Mapped[int] = run_id()
+    mark: Mapped[str] = text("mark", primary_key=True)
+    x_mm: Mapped[float] = real("transformed x")
+    y_mm: Mapped[float] = real("transformed y")
+    vx_mm: Mapped[float] = real("transformed minus calibrated")
+    vy_mm: Mapped[float] = real("transformed minus calibrated")
+
+
+class ImagePoint(Base):
+    """Image coordinates (the papers' table `xy`) with each correction in its own column.
+
+    x_mm = x_frame_mm + dx_principal_mm + dx_distortion_mm + dx_refraction_mm, likewise y.
+    """
+
+    __tablename__ = "image_point"
+    run_id: Mapped[int] = run_id()
+    point: Mapped[str] = text("point", primary_key=True)
+    n_cycles: Mapped[int] = whole("readings in the mean")
+    x_comparator_mm: Mapped[float] = real("mean of the cycles (pixels already as mm)")
+    y_comparator_mm: Mapped[float] = real("mean of the cycles (pixels already as mm)")
+    sigma_cycles_mm: Mapped[float | None] = real("standard deviation of one reading from the spread of the cycles")
+    x_frame_mm: Mapped[float] = real("after the interior orientation")
+    y_frame_mm: Mapped[float] = real("after the interior orientation")
+    dx_principal_mm: Mapped[float] = real("reduction to the principal point")
+    dy_principal_mm: Mapped[float] = real("reduction to the principal point")
+    dx_distortion_mm: Mapped[float] = real("correction for lens distortion")
+    dy_distortion_mm: Mapped[float] = real("correction for lens distortion")
+    dx_refraction_mm: Mapped[float] = real("correction for atmospheric refraction")
+    dy_refraction_mm: Mapped[float] = real("correction for atmospheric refraction")
+    x_mm: Mapped[float] = real("image coordinate, origin at the principal point, x right")
+    y_mm: Mapped[float] = real("image coordinate, origin at the principal point, y up")
+    cov_xx_mm2: Mapped[float] = real("covariance of x, y")
+    cov_xy_mm2: Mapped[float] = real("covariance of x, y")
+    cov_yy_mm2: Mapped[float] = real("covariance of x, y")
+
+
+# ---------------------------------------------------------------------------------------------- digitize
+
+
+class SheetTransform(Base):
+    """The polynomial of a sheet: u = (X - X0)/scale, v = (Y - Y0)/scale; coordinate = sum of c_jk u^j v^k."""
+
+    __tablename__ = "sheet_transform"
+    __table_args__ = (one_of("target", "geographic", "grid"),)
+    run_id: Mapped[int] = run_id()
+    sheet: Mapped[str] = text("sheet", primary_key=True)
+    degree: Mapped[int] = whole("degree of the polynomial")
+    degree_chosen_by: Mapped[str] = text("given | test")
+    target: Mapped[str] = text("geographic: B, L in degrees | grid: N, E in metres")
+    crs: Mapped[str | None] = text("CRS of the target; NULL = the photo's ground")
+    X0_mm: Mapped[float] = real("centre of the crosses")
+    Y0_mm: Mapped[float] = real("centre of the crosses")
+    scale_mm: Mapped[float] = real("half the extent of the crosses")
+    n_crosses: Mapped[int] = whole("crosses that carry the fit")
+    redundancy: Mapped[int] = whole("crosses minus coefficients, for each coordinate")
+    sigma0_N_m: Mapped[float | None] = real("standard deviation of a cross northwards; NULL without redundancy")
+    sigma0_E_m: Mapped[float | None] = real("standard deviation of a cross eastwards; NULL without redundancy")
+
+
+class SheetCoefficient(Base):
+    """Coefficients of the sheet polynomials (seed 004, equation (1))."""
+
+    __tablename__ = "sheet_coefficient"
+    __table_args__ = (one_of("coordinate", "B", "L", "N", "E"),)
+    run_id: Mapped[int] = run_id()
+    sheet: Mapped[str] = text("sheet", primary_key=True)
+    coordinate: Mapped[str] = text("B or N; L or E", primary_key=True)
+    power_u: Mapped[int] = whole("j of u^j v^k", primary_key=True)
+    power_v: Mapped[int] = whole("k of u^j v^k", primary_key=True)
+    value: Mapped[float] = real("coefficient, degrees (B, L) or metres (N, E)")
+    sigma: Mapped[float | None] = real("standard deviation, same unit")
+
+
+class SheetCofactor(Base):
+    """Cofactor matrix of the coefficients of a sheet, the same for both coordinates, packed by index IJ."""
+
+    __tablename__ = "sheet_cofactor"
+    run_id: Mapped[int] = run_id()
+    sheet: Mapped[str] = text("sheet", primary_key=True)
+    IJ: Mapped[int] = whole("(i-1)(2u-i)/2 + j, i <= j, from 1 (seed 000, equation (10))", primary_key=True)
+    i: Mapped[int] = whole("row")
+    j: Mapped[int] = whole("column")
+    value: Mapped[float] = real("cofactor")
+
+
+class CrossResidual(Base):
+    """Residuals of the crosses, in metres on the ground."""
+
+    __tablename__ = "cross_residual"
+    run_id: Mapped[int] = run_id()
+    sheet: Mapped[str] = text("sheet", primary_key=True)
+    cross: Mapped[str] = text("cross", primary_key=True)
+    role: Mapped[str] = text("fit | check | rejected")
+    v_N_m: Mapped[float] = real("polynomial minus given, northwards")
+    v_E_m: Mapped[float] = real("polynomial minus given, eastwards")
+    redundancy_number: Mapped[float | None] = real("share of an error of the cross that shows in its residual")
+    statistic: Mapped[float | None] = real("F of the hypothesis that only this cross is wrong")
+    probability: Mapped[float | None] = real("chance of so large a statistic without an error")
+    is_suspect: Mapped[int] = whole("1 if it is named as a bad cross")
+
+
+class DigitizedPoint(Base):
+    """Map points by the polynomial of their sheet."""
+
+    __tablename__ = "digitized_point"
+    run_id: Mapped[int] = run_id()
+    sheet: Mapped[str] = text("sheet", primary_key=True)
+    point: Mapped[str] = text("point", primary_key=True)
+    n_cycles: Mapped[int] = whole("readings in the mean")
+    X_mm: Mapped[float] = real("mean digitiser X")
+    Y_mm: Mapped[float] = real("mean digitiser Y")
+    sigma_cycles_mm: Mapped[float | None] = real("standard deviation of one reading from the spread of the cycles")
+    B_deg: Mapped[float | None] = real("latitude; NULL on a grid sheet")
+    L_deg: Mapped[float | None] = real("longitude; NULL on a grid sheet")
+    E_m: Mapped[float | None] = real("easting; NULL on a graticule sheet")
+    N_m: Mapped[float | None] = real("northing; NULL on a graticule sheet")
+    H_m: Mapped[float | None] = real("ellipsoidal height")
+    cov_NN_m2: Mapped[float] = real("covariance of the plan position, north, east")
+    cov_NE_m2: Mapped[float] = real("covariance of the plan position")
+    cov_EE_m2: Mapped[float] = real("covariance of the plan position")
+    cov_reading_NN_m2: Mapped[float] = real("the part of it that comes from the reading of the point")
+    cov_reading_NE_m2: Mapped[float] = real("the part of it that comes from the reading of the point")
+    cov_reading_EE_m2: Mapped[float] = real("the part of it that comes from the reading of the point")
+    sigma_H_m: Mapped[float | None] = real("standard deviation of the height; NULL = taken as known")
+
+
+# ---------------------------------------------------------------------------------------------- bl, topocentric
+
+
+class CrsOperation(Base):
+    """The exact coordinate operation that was used, with its accuracy and grids."""
+
+    __tablename__ = "crs_operation"
+    run_id: Mapped[int] = run_id()
+    source: Mapped[str] = text("control, or the name of the sheet", primary_key=True)
+    source_crs: Mapped[str] = text("from")
+    target_crs: Mapped[str] = text("to")
+    name: Mapped[str] = text("name of the operation")
+    definition: Mapped[str] = text("PROJ pipeline")
+    accuracy_m: Mapped[float | None] = real("stated accuracy; NULL = unknown")
+    grids: Mapped[str] = text("grid files used, separated by blanks")
+    is_ballpark: Mapped[int] = whole("1 if the datum shift is unknown and was allowed by the user")
+    proj_version: Mapped[str] = text("version of PROJ")
+
+
+class GeographicPoint(Base):
+    """Points of the map on the ground's ellipsoid (the papers' table `bl`); local Cartesian points pass through."""
+
+    __tablename__ = "geographic_point"
+    __table_args__ = (
+        one_of("role", "control", "check"),
+        one_of("weighting", "fixed", "weighted"),
+    )
+    run_id: Mapped[int] = run_id()
+    point: Mapped[str] = text("point", primary_key=True)
+    role: Mapped[str] = text("control | check")
+    source: Mapped[str] = text("control, or the name of the sheet")
+    weighting: Mapped[str] = text("fixed: no error | weighted: with the covariance")
+    B_deg: Mapped[float | None] = real("latitude")
+    L_deg: Mapped[float | None] = real("longitude")
+    H_m: Mapped[float | None] = real("ellipsoidal height")
+    X_m: Mapped[float | None] = real("local Cartesian X, passed through")
+    Y_m: Mapped[float | None] = real("local Cartesian Y, passed through")
+    Z_m: Mapped[float | None] = real("local Cartesian Z, passed through")
+    cov_XX_m2: Mapped[float | None] = real("covariance in the point's own horizon (north, east, up) or local X, Y, Z")
+    cov_XY_m2: Mapped[float | None] = real("covariance")
+    cov_XZ_m2: Mapped[float | None] = real("covariance")
+    cov_YY_m2: Mapped[float | None] = real("covariance")
+    cov_YZ_m2: Mapped[float | None] = real("covariance")
+    cov_ZZ_m2: Mapped[float | None] = real("covariance")
+
+
+class TopocentricFrame(Base):
+    """The frame of T and T': its origin, the ellipsoid and the convergence."""
+
+    __tablename__ = "topocentric_frame"
+    __table_args__ = (one_of("kind", "topocentric", "local_right", "local_left"),)
+    run_id: Mapped[int] = run_id()
+    kind: Mapped[str] = text("topocentric: X north, Y east, Z up | local_right, local_left: passed through")
+    B_N_deg: Mapped[float | None] = real("latitude of the origin (nadir point)")
+    L_N_deg: Mapped[float | None] = real("longitude of the origin")
+    H_N_m: Mapped[float | None] = real("height of the origin")
+    gamma_deg: Mapped[float | None] = real("meridian convergence, positive when grid north is east of north")
+    central_meridian_deg: Mapped[float | None] = real("central meridian L0")
+    a_m: Mapped[float | None] = real("semi-major axis")
+    e2: Mapped[float | None] = real("first eccentricity squared")
+
+
+class TopocentricPoint(Base):
+    """Points in T and T' (gamma turned), with covariance and vertical in T'."""
+
+    __tablename__ = "topocentric_point"
+    __table_args__ = (one_of("known", "XYZ", "plan", "height"),)
+    run_id: Mapped[int] = run_id()
+    point: Mapped[str] = text("point", primary_key=True)
+    role: Mapped[str] = text("control | check")
+    weighting: Mapped[str] = text("fixed | weighted")
+    known: Mapped[str] = text("XYZ | plan: the height is assumed | height: the plan position is assumed")
+    X_T_m: Mapped[float] = real("T: north")
+    Y_T_m: Mapped[float] = real("T: east")
+    Z_T_m: Mapped[float] = real("T: up")
+    X_m: Mapped[float] = real("T': grid north (local: X)")
+    Y_m: Mapped[float] = real("T': grid east (local: Y)")
+    Z_m: Mapped[float] = real("T': up (local: Z)")
+    up_X: Mapped[float] = real("the point's own vertical in T'")
+    up_Y: Mapped[float] = real("the point's own vertical in T'")
+    up_Z: Mapped[float] = real("the point's own vertical in T'")
+    cov_XX_m2: Mapped[float | None] = real("covariance in T'; for plan or height of the known part only")
+    cov_XY_m2: Mapped[float | None] = real("covariance in T'")
+    cov_XZ_m2: Mapped[float | None] = real("covariance in T'")
+    cov_YY_m2: Mapped[float | None] = real("covariance in T'")
+    cov_YZ_m2: Mapped[float | None] = real("covariance in T'")
+    cov_ZZ_m2: Mapped[float | None] = real("covariance in T'")
+
+
+# ---------------------------------------------------------------------------------------------- resection
+
+
+class Orientation(Base):
+    """The exterior orientation (the papers' table `el`). The quaternion is the truth; angles are views of it."""
+
+    __tablename__ = "orientation"
+    run_id: Mapped[int] = run_id()
+    frame: Mapped[str] = text("frame of X_S, Y_S, Z_S: topocentric (T') | local_right | local_left")
+    X_S_m: Mapped[float] = real("projection centre")
+    Y_S_m: Mapped[float] = real("projection centre")
+    Z_S_m: Mapped[float] = real("projection centre")
+    q_w: Mapped[float] = real("unit quaternion image -> right-handed ground (east, north, up of T'), w >= 0")
+    q_x: Mapped[float] = real("unit quaternion")
+    q_y: Mapped[float] = real("unit quaternion")
+    q_z: Mapped[float] = real("unit quaternion")
+    f_mm: Mapped[float] = real("focal length")
+    B_S_deg: Mapped[float | None] = real("projection centre, latitude; NULL for a local frame")
+    L_S_deg: Mapped[float | None] = real("projection centre, longitude")
+    H_S_m: Mapped[float | None] = real("projection centre, ellipsoidal height")
+    X_G_m: Mapped[float | None] = real("projection centre, geocentric; NULL for a local frame")
+    Y_G_m: Mapped[float | None] = real("projection centre, geocentric")
+    Z_G_m: Mapped[float | None] = real("projection centre, geocentric")
+    n_control: Mapped[int] = whole("control points")
+    n_equations: Mapped[int] = whole("n, image and ground equations together")
+    n_unknowns: Mapped[int] = whole("u, six elements and the unknown ground coordinates")
+    redundancy: Mapped[int] = whole("r = n - u")
+    vPv: Mapped[float] = real("sum of weighted squared residuals, unit sigma0 a priori")
+    sigma0_apriori_mm: Mapped[float] = real("standard deviation of unit weight a priori")
+    sigma0_mm: Mapped[float | None] = real("a posteriori, sqrt(vPv/r); NULL without redundancy")
+    variance_scale: Mapped[float] = real("mm^2; factor on the cofactors in every stored standard deviation")
+    variance_basis: Mapped[str] = text("a posteriori | a priori: which sigma0 scales the covariances")
+    condition_ratio: Mapped[float] = real("smallest to largest singular value of the scaled design matrix")
+    iterations: Mapped[int] = whole("iterations")
+    termination: Mapped[str] = text("CONVERGED, MAX_ITERATIONS, SINGULAR, ...")
+
+
+class OrientationAngle(Base):
+    """The rotation as named angle triples."""
+
+    __tablename__ = "orientation_angle"
+    run_id: Mapped[int] = run_id()
+    triple: Mapped[str] = text("aok: alpha, omega, kappa of the papers | opk: omega, phi, kappa", primary_key=True)
+    frame: Mapped[str] = text("ground: T' as east, north, up, or local | geocentric", primary_key=True)
+    angle: Mapped[str] = text("alpha, omega, phi, kappa", primary_key=True)
+    value_deg: Mapped[float] = real("angle")
+    sigma_deg: Mapped[float | None] = real("standard deviation; NULL near the blind view")
+    near_blind: Mapped[int] = whole("1 if the middle angle is near 90 degrees, where the triple loses its meaning")
+
+
+class Cofactor(Base):
+    """Cofactor matrix Q of the six elements, packed upper triangle with the papers' index IJ.
+
+    Covariance = variance_scale x Q. `aok`: alpha, omega, kappa, X_S, Y_S, Z_S; `rotation`: small rotation about the
+    right-handed ground axes (east, north, up), then X_S, Y_S, Z_S. Units rad and m.
+    """
+
+    __tablename__ = "cofactor"
+    run_id: Mapped[int] = run_id()
+    unknowns: Mapped[str] = text("aok | rotation", primary_key=True)
+    IJ: Mapped[int] = whole("(i-1)(2u-i)/2 + j, i <= j, from 1 (seed 000, equation (10))", primary_key=True)
+    i: Mapped[int] = whole("row, from 1")
+    j: Mapped[int] = whole("column, from 1")
+    unknown_i: Mapped[str] = text("name of the unknown of the row")
+    unknown_j: Mapped[str] = text("name of the unknown of the column")
+    value: Mapped[float] = real("cofactor")
+
+
+class Iteration(Base):
+    """One iteration of the adjustment."""
+
+    __tablename__ = "iteration"
+    run_id: Mapped[int] = run_id()
+    iteration: Mapped[int] = whole("1, 2, ...", primary_key=True)
+    vPv: Mapped[float] = real("sum of weighted squared residuals at the approximations")
+    max_scaled_step: Mapped[float] = real("largest correction in units of its scale (1 rad, camera distance)")
+    damping: Mapped[float] = real("damping of the step; 0 = full Gauss-Newton step")
+    q_w: Mapped[float] = real("rotation at the approximations")
+    q_x: Mapped[float] = real("rotation at the approximations")
+    q_y: Mapped[float] = real("rotation at the approximations")
+    q_z: Mapped[float] = real("rotation at the approximations")
+
+
+class IterationParameter(Base):
+    """Approximation and correction of every unknown in every iteration (the papers' table `_r`)."""
+
+    __tablename__ = "iteration_parameter"
+    run_id: Mapped[int] = run_id()
+    iteration: Mapped[int] = whole("iteration", primary_key=True)
+    point: Mapped[str] = text("empty for the six elements, else the point", primary_key=True)
+    unknown: Mapped[str] = text("alpha omega kappa X_S Y_S Z_S, or X Y Z of the point", primary_key=True)
+    unit: Mapped[str] = text("rad | m")
+    approximation: Mapped[float] = real("value before the iteration")
+    correction: Mapped[float] = real("what the iteration added")
+
+
+class Equation(Base):
+    """Compact coefficients of the correction equations (the papers' table `kl`): v = a1 d1 + ... + a9 d9 + l.
+
+    Order of the unknowns: alpha, omega, kappa, X_S, Y_S, Z_S, X, Y, Z; at the last linearisation.
+    """
+
+    __tablename__ = "equation"
+    __table_args__ = (one_of("axis", "x", "y"),)
+    run_id: Mapped[int] = run_id()
+    point: Mapped[str] = text("point", primary_key=True)
+    axis: Mapped[str] = text("x | y", primary_key=True)
+    a1: Mapped[float] = real("by alpha, mm/rad")
+    a2: Mapped[float] = real("by omega, mm/rad")
+    a3: Mapped[float] = real("by kappa, mm/rad")
+    a4: Mapped[float] = real("by X_S, mm/m")
+    a5: Mapped[float] = real("by Y_S, mm/m")
+    a6: Mapped[float] = real("by Z_S, mm/m")
+    a7: Mapped[float] = real("by X of the point, mm/m")
+    a8: Mapped[float] = real("by Y of the point, mm/m")
+    a9: Mapped[float] = real("by Z of the point, mm/m")
+    l_mm: Mapped[float] = real("computed minus measured")
+
+
+class ImageResidual(Base):
+    """Residuals of the image coordinates: v = adjusted minus measured."""
+
+    __tablename__ = "image_residual"
+    run_id: Mapped[int] = run_id()
+    point: Mapped[str] = text("point", primary_key=True)
+    role: Mapped[str] = text("control | check")
+    x_mm: Mapped[float] = real("measured x")
+    y_mm: Mapped[float] = real("measured y")
+    vx_mm: Mapped[float] = real("computed minus measured x")
+    vy_mm: Mapped[float] = real("computed minus measured y")
+    redundancy_x: Mapped[float | None] = real("redundancy number of x; NULL for a check point")
+    redundancy_y: Mapped[float | None] = real("redundancy number of y; NULL for a check point")
+    depth_m: Mapped[float] = real("distance of the point from the image plane's parallel through S, positive in front")
+
+
+class AdjustedPoint(Base):
+    """Ground points that were unknowns of the resection (weighted or partial control), in T'."""
+
+    __tablename__ = "adjusted_point"
+    run_id: Mapped[int] = run_id()
+    point: Mapped[str] = text("point", primary_key=True)
+    X_m: Mapped[float] = real("adjusted X")
+    Y_m: Mapped[float] = real("adjusted Y")
+    Z_m: Mapped[float] = real("adjusted Z")
+    dX_m: Mapped[float] = real("adjusted minus given")
+    dY_m: Mapped[float] = real("adjusted minus given")
+    dZ_m: Mapped[float] = real("adjusted minus given")
+    q_XX: Mapped[float] = real("cofactor, m^2/mm^2: covariance = variance_scale x q")
+    q_XY: Mapped[float] = real("cofactor")
+    q_XZ: Mapped[float] = real("cofactor")
+    q_YY: Mapped[float] = real("cofactor")
+    q_YZ: Mapped[float] = real("cofactor")
+    q_ZZ: Mapped[float] = real("cofactor")
+
+
+# ---------------------------------------------------------------------------------------------- covariance
+
+
+class GroundCovariance(Base):
+    """Where the image ray of a point meets its height, and how sure that is: K = C Q C' (seed 003).
+
+    The covariance of the plan position has three parts: orientation (K), the reading of the image point, its height.
+    Axes: grid north X, grid east Y, in the horizon of the point.
+    """
+
+    __tablename__ = "ground_covariance"
+    run_id: Mapped[int] = run_id()
+    point: Mapped[str] = text("point", primary_key=True)
+    role: Mapped[str] = text("control | check")
+    X_m: Mapped[float] = real("ray at the height of the point, T'")
+    Y_m: Mapped[float] = real("ray at the height of the point, T'")
+    Z_m: Mapped[float] = real("ray at the height of the point, T'")
+    dX_m: Mapped[float | None] = real("ray minus given; NULL when the plan position was not given")
+    dY_m: Mapped[float | None] = real("ray minus given")
+    K_XX_m2: Mapped[float] = real("orientation part")
+    K_XY_m2: Mapped[float] = real("orientation part")
+    K_YY_m2: Mapped[float] = real("orientation part")
+    reading_XX_m2: Mapped[float] = real("part of the image reading")
+    reading_XY_m2: Mapped[float] = real("part of the image reading")
+    reading_YY_m2: Mapped[float] = real("part of the image reading")
+    height_XX_m2: Mapped[float] = real("part of the height")
+    height_XY_m2: Mapped[float] = real("part of the height")
+    height_YY_m2: Mapped[float] = real("part of the height")
+    sigma_X_m: Mapped[float] = real("standard deviation, all parts")
+    sigma_Y_m: Mapped[float] = real("standard deviation, all parts")
+    ellipse_a_m: Mapped[float] = real("semi-major axis of the standard error ellipse, all parts")
+    ellipse_b_m: Mapped[float] = real("semi-minor axis")
+    ellipse_azimuth_deg: Mapped[float] = real("direction of the semi-major axis from X towards Y, 0 ... 180")
+
+
+class GroundCovariancePair(Base):
+    """Covariance between two ground points through the common orientation (on request)."""
+
+    __tablename__ = "ground_covariance_pair"
+    run_id: Mapped[int] = run_id()
+    point_i: Mapped[str] = text("first point", primary_key=True)
+    point_j: Mapped[str] = text("second point", primary_key=True)
+    K_XX_m2: Mapped[float] = real("cov(X_i, X_j)")
+    K_XY_m2: Mapped[float] = real("cov(X_i, Y_j)")
+    K_YX_m2: Mapped[float] = real("cov(Y_i, X_j)")
+    K_YY_m2: Mapped[float] = real("cov(Y_i, Y_j)")
+
+
+def _make_strict_and_finite() -> None:
+    """STRICT tables store no text as number; NaN binds as NULL, and infinity fails the range check."""
+    for table in Base.metadata.tables.values():
+        table.dialect_options["sqlite"]["strict"] = True
+        for column in table.columns:
+            if isinstance(column.type, REAL):
+                name = f"{column.name}_finite"
+                condition = f"{column.name} BETWEEN -{REAL_LIMIT} AND {REAL_LIMIT}"
+                table.append_constraint(CheckConstraint(condition, name=name))
+
+
+_make_strict_and_finite()

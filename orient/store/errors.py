@@ -1,0 +1,47 @@
+"""What can go wrong with a project file, one small class per situation."""
+
+from orient.errors import OrientError, ProjectError
+
+
+class Locked(ProjectError):
+    """Another command is writing the project."""
+
+
+class DiskFull(ProjectError):
+    """No space, or the file may not grow further."""
+
+
+class StorageError(ProjectError):
+    """The disk reported an error."""
+
+
+class ReadOnly(ProjectError):
+    """The project or its folder cannot be written."""
+
+
+class NeedsRecovery(ProjectError):
+    """An interrupted command must be undone first, and the folder is read-only."""
+
+
+class Replaced(ProjectError):
+    """The file was replaced, or its schema changed, while this command waited."""
+
+
+class Corrupt(ProjectError):
+    """The file is damaged."""
+
+
+class Hostile(ProjectError):
+    """The file holds something that orient never writes, or that takes too long to read."""
+
+
+class Stopped(OrientError):
+    """The user stopped the command; nothing was stored."""
+
+    exit_code = 130
+
+
+class OurFault(OrientError):
+    """A mistake in orient itself."""
+
+    exit_code = 70

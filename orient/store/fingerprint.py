@@ -1,0 +1,78 @@
+"""The gate: the schema text in the file must equal, byte for byte, the text that this program writes."""
+
+from pathlib import Path
+
+from sqlalchemy import Connection
+
+from orient.errors import ProjectError
+from orient.store.errors import Corrupt
+from orient.store.format import Format, SchemaObject, TableShape
+from orient.store.guards import quoted
+
+ALTERED = "Another program altered it; use a backup."
+NAMED = 3
+"""How many strange objects a message names."""
+
+
+def schema_objects(connection: Connection) -> list[SchemaObject]:
+    """Rows of sqlite_schema in the order of type and name; statistics tables are not looked at."""
+    rows = connection.exec_driver_sql(
+        "SELECT type, name, tbl_name, sql FROM main.sqlite_schema WHERE name NOT LIKE 'sqlite_stat_' "
+        "ORDER BY type, name, tbl_name, sql"
+    )
+    return [(row[0], row[1], row[2], row[3]) for row in rows.all()]
+
+
+def check_fingerprint(connection: Connection, form: Format, path: Path) -> None:
+    """Refuse a file with objects too many, too few or other than those of `form`, naming up to three."""
+    count = connection.exec_driver_sql("SELECT count(*) FROM main.sqlite_schema").scalar_one()
+    if count > len(form.objects) + 20:
+        raise _foreign(path, f"{count} tables, views, triggers and indexes instead of {len(form.objects)}")
+    found = {(kind, name): (table, sql) for kind, name, table, sql in schema_objects(connection)}
+    expected = {(kind, name): (table, sql) for kind, name, table, sql in form.objects}
+    if extra := sorted(found.keys() - expected.keys(), key=str):
+        raise _foreign(path, _named(extra))
+    if missing := sorted(expected.keys() - found.keys()):
+        raise ProjectError(f"{path}: objects are missing: {_named(missing)}.", "Use a backup.")
+    if other := [key for key in expected if expected[key] != found[key]]:
+        raise ProjectError(f"{path}: the schema differs in {_named(other)}.", ALTERED)
+    _check_migration(connection, form, path)
+
+
+def _foreign(path: Path, what: str) -> ProjectError:
+    return ProjectError(f"{path} contains objects orient never makes: {what}.", ALTERED)
+
+
+def _named(keys: list[tuple[str, str]]) -> str:
+    shown = ", ".join(f"{kind} {str(name)[:60]!r}" for kind, name in keys[:NAMED])
+    return shown + (f" and {len(keys) - NAMED} more" if len(keys) > NAMED else "")
+
+
+def _check_migration(connection: Connection, form: Format, path: Path) -> None:
+    rows = connection.exec_driver_sql("SELECT version_num FROM alembic_version LIMIT 2").scalars().all()
+    if list(rows) != [form.head]:
+        raise ProjectError(
+            f"{path}: an upgrade was not finished by a program that does not protect it.", "Use the backup."
+        )
+
+
+def check_pages(connection: Connection, path: Path, thorough: bool = False) -> None:
+    """quick_check (integrity_check if thorough) and foreign_key_check, or `Corrupt` with their first words."""
+    pragma = "integrity_check" if thorough else "quick_check"
+    lines = connection.exec_driver_sql(f"PRAGMA {pragma}(3)").scalars().all()
+    if list(lines) != ["ok"]:
+        raise Corrupt(f"{path} is damaged ({str(lines[0])[:120]}).", "Use a backup. Nothing was changed.")
+    orphans = connection.exec_driver_sql("PRAGMA foreign_key_check").all()
+    if orphans:
+        raise Corrupt(f'{path} is damaged (dangling references in table "{orphans[0][0]}").', "Use a backup.")
+
+
+def table_shapes(connection: Connection) -> dict[str, TableShape]:
+    """Columns and primary key of every table of the file."""
+    names = [name for kind, name, _, _ in schema_objects(connection) if kind == "table"]
+    shapes = {}
+    for name in names:
+        rows = connection.exec_driver_sql(f"PRAGMA main.table_info({quoted(name)})").all()
+        key = sorted((row[5], row[1]) for row in rows if row[5])
+        shapes[name] = TableShape(tuple((row[1], row[2]) for row in rows), tuple(column for _, column in key))
+    return shapes

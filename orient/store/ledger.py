@@ -1,0 +1,108 @@
+"""Appending a run: header, inputs, rows, seal, selection. The caller owns the transaction."""
+
+import platform
+import sqlite3
+import sys
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from importlib import metadata
+
+from sqlalchemy import Connection
+
+import orient
+from orient.errors import ProjectError
+from orient.store.chain import run_record_digest, selection_record_digest
+from orient.store.digest import OWN_CONTENT, input_digest, plain_json, rows_digest
+from orient.store.errors import OurFault, StorageError
+from orient.store.format import Format
+from orient.store.plain import StoredRows, rows_to_store
+from orient.store.rows import insert_rows, stored_rows
+from orient.store.runs import NewRun, RunInfo, runs_where
+
+
+def now() -> str:
+    return datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+
+
+def tool_version() -> str:
+    numpy = sys.modules.get("numpy")
+    numpy_version = str(numpy.__version__) if numpy else metadata.version("numpy")
+    parts = (
+        f"orient {orient.__version__}",
+        f"Python {platform.python_version()}",
+        f"SQLite {sqlite3.sqlite_version}",
+        f"numpy {numpy_version}",
+    )
+    return ", ".join(parts)
+
+
+def append(connection: Connection, new: NewRun, form: Format) -> RunInfo:
+    """Store one run and seal it. Before the seal all rows are read back and compared with what was meant."""
+    rows = rows_to_store(new.stage, new.outcome.tables, new.outcome.events, form)
+    meant = rows_digest(rows, form.tables)
+    run_id = _insert_header(connection, new)  # first: a read-only file is noticed here
+    _insert_inputs(connection, run_id, new, meant)
+    count = insert_rows(connection, run_id, rows, form)
+    _compare(stored_rows(connection, run_id, new.stage, form), meant, form)
+    _seal(connection, run_id, new, count, meant)
+    if new.select and not new.outcome.error:
+        select(connection, new.stage, run_id, new.actor, new.reason)
+    return runs_where(connection, "r.run_id = ?", (run_id,))[0]
+
+
+def check_heads(connection: Connection, expected: Mapping[str, int | None]) -> None:
+    """Refuse if a head is no longer the one that the caller has read."""
+    query = "SELECT run_id FROM main.selection WHERE stage = ? ORDER BY selection_id DESC LIMIT 1"
+    for stage, run_id in expected.items():
+        if connection.exec_driver_sql(query, (stage,)).scalar() != run_id:
+            raise ProjectError(f"{stage} was changed meanwhile by another command; run again.", "Nothing was stored.")
+
+
+def _insert_header(connection: Connection, new: NewRun) -> int:
+    settings = plain_json(dict(new.settings))
+    connection.exec_driver_sql(
+        "INSERT INTO stage_run SELECT (SELECT coalesce(max(run_id), 0) + 1 FROM main.stage_run), ?, "
+        "(SELECT coalesce(max(version), 0) + 1 FROM main.stage_run WHERE stage = ?), ?, ?, ?, ?, ?, ?, ?",
+        (new.stage, new.stage, new.stage_version, settings, new.input_digest, new.actor, new.reason, tool_version(),
+         now()),
+    )  # fmt: skip
+    return int(connection.exec_driver_sql("SELECT max(run_id) FROM main.stage_run").scalar_one())
+
+
+def _insert_inputs(connection: Connection, run_id: int, new: NewRun, own_digest: str) -> None:
+    query = "SELECT output_digest FROM main.run_seal WHERE run_id = ?"
+    digests = {
+        role: str(connection.exec_driver_sql(query, (input_id,)).scalar()) for role, input_id in new.inputs.items()
+    }
+    basis = digests or {OWN_CONTENT: own_digest}
+    if new.input_digest != input_digest(new.stage, new.stage_version, new.settings, basis):
+        raise OurFault(f"the input digest of {new.stage} is not the digest of its inputs and settings")
+    if new.inputs:
+        rows = [(run_id, role, input_id) for role, input_id in sorted(new.inputs.items())]
+        connection.exec_driver_sql("INSERT INTO run_input VALUES (?, ?, ?)", rows)
+
+
+def _compare(stored: StoredRows, meant: str, form: Format) -> None:
+    if rows_digest(stored, form.tables) != meant:
+        raise StorageError("What was read back is not what was written. Nothing was stored.", "Check the disk.")
+
+
+def _seal(connection: Connection, run_id: int, new: NewRun, count: int, digest: str) -> None:
+    status = "failed" if new.outcome.error else "succeeded"
+    seal = (run_id, status, count, digest, new.outcome.summary, new.outcome.error, now())
+    connection.exec_driver_sql(
+        "INSERT INTO run_seal (run_id, status, row_count, output_digest, summary, error, sealed_at, record_digest) "
+        "VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+        (*seal, run_record_digest(connection, seal)),
+    )
+
+
+def select(connection: Connection, stage: str, run_id: int, actor: str, reason: str) -> None:
+    """Make a run the current version of its stage by adding a row."""
+    last = connection.exec_driver_sql("SELECT coalesce(max(selection_id), 0) FROM main.selection").scalar_one()
+    row = (last + 1, stage, run_id, actor, reason, now())
+    connection.exec_driver_sql(
+        "INSERT INTO selection (selection_id, stage, run_id, actor, reason, selected_at, record_digest) "
+        "VALUES (?, ?, ?, ?, ?, ?, ?)",
+        (*row, selection_record_digest(connection, row)),
+    )

@@ -1,0 +1,69 @@
+"""Files that appear under their name only when they are whole."""
+
+import os
+import secrets
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+from orient.errors import ProjectError, UsageError
+from orient.store.errors import ReadOnly
+
+
+def new_name(path: str | os.PathLike[str]) -> Path:
+    """The absolute path of a file that does not exist yet; an existing name is a `ProjectError`."""
+    text = os.fspath(path)
+    if not text or "\0" in text:
+        raise UsageError("The name of the project is empty or contains a zero byte.", "Give the name of a file.")
+    target = Path(os.path.abspath(text))  # noqa: PTH100  (links are not followed: a new file takes exactly this name)
+    if os.path.lexists(target):
+        raise ProjectError(f"{text} exists.", "Give a new name.")
+    if not target.parent.is_dir():
+        raise ProjectError(f"the folder {target.parent} does not exist.", "Create it first.")
+    return target
+
+
+def make_file(target: Path, write: Callable[[Path], None]) -> None:
+    """Let `write` fill a temporary file in the same folder, then give it its name; no trace if anything fails."""
+    temporary = target.with_name(f".{secrets.token_hex(8)}.new")
+    create_empty(temporary, 0o600)
+    try:
+        write(temporary)
+        _give_name(temporary, target)
+    finally:
+        for leftover in (temporary, Path(f"{temporary}-journal")):
+            leftover.unlink(missing_ok=True)
+
+
+def create_empty(path: Path, mode: int) -> None:
+    flags = os.O_CREAT | os.O_EXCL | os.O_WRONLY | getattr(os, "O_NOFOLLOW", 0)
+    try:
+        os.close(os.open(path, flags, mode))
+    except OSError as error:
+        raise ReadOnly(f"{path.parent} cannot be written: {error.strerror}.", "Choose another folder.") from None
+
+
+def _give_name(temporary: Path, target: Path) -> None:
+    """Take the name only if nobody has it: of two commands at once exactly one wins."""
+    exists = ProjectError(f"{target} exists.", "Give a new name.")
+    try:
+        os.link(temporary, target)
+    except FileExistsError:
+        raise exists from None
+    except OSError:  # no hard links on this file system: reserve the name, then replace the reservation
+        try:
+            os.close(os.open(target, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
+        except FileExistsError:
+            raise exists from None
+        temporary.replace(target)
+    sync_folder(target.parent)
+
+
+def sync_folder(folder: Path) -> None:
+    """Make the new name survive a power cut, where the system can."""
+    with suppress(OSError):  # a folder cannot be opened on Windows
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)

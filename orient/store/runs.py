@@ -1,0 +1,107 @@
+"""Reading the ledger: runs, heads, events."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import Connection
+
+from orient.errors import ProjectError
+from orient.store.stage_tables import STAGE_TABLES
+from orient.values import Event, Outcome, Settings
+
+
+@dataclass(frozen=True, slots=True)
+class RunInfo:
+    """One sealed run; `inputs` maps each role to the run that was read."""
+
+    run_id: int
+    stage: str
+    version: int
+    stage_version: int
+    settings: Settings
+    input_digest: str
+    output_digest: str
+    status: str
+    summary: str
+    error: str
+    actor: str
+    reason: str
+    started_at: str
+    inputs: Mapping[str, int]
+
+
+@dataclass(frozen=True, slots=True)
+class NewRun:
+    """A run that is to be stored. `expected_heads`: stage -> run_id that must still be current (None: no head)."""
+
+    stage: str
+    stage_version: int
+    settings: Settings
+    inputs: Mapping[str, int]
+    input_digest: str
+    outcome: Outcome
+    expected_heads: Mapping[str, int | None]
+    actor: str
+    reason: str
+    select: bool = True
+
+
+RUNS = """
+SELECT r.run_id, r.stage, r.version, r.stage_version, r.settings, r.input_digest, s.output_digest, s.status,
+       s.summary, s.error, r.actor, r.reason, r.started_at
+FROM main.stage_run AS r JOIN main.run_seal AS s ON s.run_id = r.run_id
+"""
+
+INPUTS = "SELECT run_id, role, input_run_id FROM main.run_input"
+
+HEADS = """
+r.run_id IN (
+    SELECT run_id FROM main.selection
+    WHERE selection_id IN (SELECT max(selection_id) FROM main.selection GROUP BY stage)
+)
+"""
+
+
+def runs_where(connection: Connection, condition: str, parameters: tuple[Any, ...] = ()) -> list[RunInfo]:
+    """Sealed runs that fulfil an SQL condition on r (header) and s (seal), in the order of their numbers."""
+    rows = connection.exec_driver_sql(f"{RUNS} WHERE {condition} ORDER BY r.run_id", parameters).all()
+    inputs = _inputs(connection, [row[0] for row in rows])
+    return [_run_info(dict(row._mapping), inputs.get(row[0], {})) for row in rows]
+
+
+def _run_info(columns: dict[str, Any], inputs: Mapping[str, int]) -> RunInfo:
+    settings = settings_from_json(columns.pop("settings"), columns["run_id"])
+    return RunInfo(settings=settings, inputs=inputs, **columns)
+
+
+def _inputs(connection: Connection, run_ids: Sequence[int]) -> dict[int, dict[str, int]]:
+    inputs: dict[int, dict[str, int]] = {}
+    if run_ids:
+        query = f"{INPUTS} WHERE run_id BETWEEN ? AND ? ORDER BY run_id, role"
+        for run_id, role, input_run_id in connection.exec_driver_sql(query, (run_ids[0], run_ids[-1])).all():
+            inputs.setdefault(run_id, {})[role] = input_run_id
+    return inputs
+
+
+def settings_from_json(text: str, run_id: int) -> dict[str, str | int | float | bool | None]:
+    try:
+        settings = json.loads(text)
+    except (ValueError, RecursionError):
+        settings = None
+    if not isinstance(settings, dict) or len(text) > 2**20:
+        raise ProjectError(f"settings of run {run_id} are not valid.", "Check the project with: orient check")
+    return settings
+
+
+def heads(connection: Connection) -> dict[str, RunInfo]:
+    """The current run of each stage, in the order of the stages."""
+    found = {run.stage: run for run in runs_where(connection, HEADS)}
+    order = {stage: place for place, stage in enumerate(STAGE_TABLES)}
+    return {stage: found[stage] for stage in sorted(found, key=lambda stage: order.get(stage, len(order)))}
+
+
+def events(connection: Connection, run_id: int) -> list[Event]:
+    query = "SELECT severity, code, subject, message, value FROM main.run_event WHERE run_id = ? ORDER BY seq"
+    return [Event(*row) for row in connection.exec_driver_sql(query, (run_id,)).all()]

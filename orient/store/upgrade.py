@@ -1,0 +1,131 @@
+"""`orient upgrade`: migrate a copy, verify it, keep the old file as a backup, replace it in one step."""
+
+import os
+import secrets
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from sqlalchemy import Connection
+
+from orient.errors import ProjectError
+from orient.store import verify
+from orient.store.connection import open_engine
+from orient.store.creation import build, migrations_folder
+from orient.store.error_map import translated
+from orient.store.fingerprint import check_fingerprint, check_pages
+from orient.store.format import Format, current_format
+from orient.store.gate import recover, require_writable
+from orient.store.guards import quoted
+from orient.store.new_file import create_empty, sync_folder
+from orient.store.preflight import Preflight, preflight
+from orient.store.watch import Watch
+
+
+@dataclass(frozen=True, slots=True)
+class Upgraded:
+    """Formats before and after, and where the old file is kept; `backup` is None if there was nothing to do."""
+
+    before: int
+    after: int
+    backup: Path | None
+
+
+def upgrade_project(
+    path: str | os.PathLike[str], form: Format | None = None, migrations: Path | None = None
+) -> Upgraded:
+    """Bring a project of an older format to the current one; the old file stays beside it as NAME.bak-<format>.
+
+    Whatever goes wrong before the last step leaves the project as it was. `form` and `migrations` are for tests.
+    """
+    form = form or current_format()
+    look = preflight(path, form, any_version=True)
+    require_writable(look.path)
+    if look.journal == "hot":
+        recover(look)
+    watch = Watch()
+    engine = open_engine(look.path, "write", watch)
+    try:
+        with translated(look.path, watch), engine.connect() as original:
+            original.execution_options(immediate=True)
+            with original.begin():  # nobody else writes until the new file is in place
+                before = int(original.exec_driver_sql("PRAGMA main.user_version").scalar_one())
+                if before == form.version:
+                    return Upgraded(before, before, None)
+                check_pages(original, look.path)
+                return _upgrade(look, before, form, migrations or migrations_folder())
+    finally:
+        engine.dispose()
+
+
+def _upgrade(look: Preflight, before: int, form: Format, migrations: Path) -> Upgraded:
+    backup = look.path.with_name(f"{look.path.name}.bak-{before:04d}")
+    if os.path.lexists(backup):
+        raise ProjectError(f"{backup} exists.", "Move the older backup away and run the upgrade again.")
+    copy = look.path.with_name(f".{look.path.name[:100]}.{secrets.token_hex(4)}.new")
+    create_empty(copy, look.path.stat().st_mode & 0o777)
+    try:
+        _copy(look.path, copy)
+        _migrate(copy, form, migrations)
+        os.link(look.path, backup)
+        copy.replace(look.path)
+        sync_folder(look.path.parent)
+    finally:
+        for leftover in (copy, Path(f"{copy}-journal")):
+            leftover.unlink(missing_ok=True)
+    return Upgraded(before, form.version, backup)
+
+
+def _copy(source: Path, target: Path) -> None:
+    """Copy through SQLite, from a second connection that only reads (a writing one would wait for itself)."""
+    readers, writers = open_engine(source, "read", Watch()), open_engine(target, "write", Watch())
+    try:
+        with readers.connect() as reader, writers.connect() as writer:
+            into = writer.connection.driver_connection
+            reader.connection.driver_connection.backup(into)  # type: ignore[union-attr]
+    finally:
+        readers.dispose()
+        writers.dispose()
+
+
+def _migrate(path: Path, form: Format, migrations: Path) -> None:
+    """All steps in one transaction on the copy, then compare: schema as in a new file, same rows, same digests."""
+    watch = Watch()
+    engine = open_engine(path, "write", watch)
+    try:
+        with translated(path, watch), engine.connect() as connection:
+            _without_foreign_keys(connection)
+            connection.execution_options(immediate=True)
+            with connection.begin():
+                counts = _row_counts(connection)
+                build(connection, form.version, form.application_id, migrations)
+                check_fingerprint(connection, form, path)
+                _compare(counts, _row_counts(connection), path)
+            with connection.begin():
+                check_pages(connection, path, thorough=True)
+                for problem in verify.all_problems(connection, form):
+                    raise ProjectError(f"the upgrade of {path.name} does not keep the results: {problem}.")
+    finally:
+        engine.dispose()
+
+
+def _without_foreign_keys(connection: Connection) -> None:
+    """Rebuilding a table must not delete the rows that refer to it; has no effect inside a transaction."""
+    driver = connection.connection.driver_connection
+    if driver is not None:
+        driver.execute("PRAGMA foreign_keys = OFF").fetchall()
+
+
+def _row_counts(connection: Connection) -> dict[str, int]:
+    names = connection.exec_driver_sql("SELECT name FROM main.sqlite_schema WHERE type = 'table'").scalars().all()
+    return {
+        name: int(connection.exec_driver_sql(f"SELECT count(*) FROM main.{quoted(name)}").scalar_one())
+        for name in names
+        if name != "alembic_version"
+    }
+
+
+def _compare(before: Mapping[str, int], after: Mapping[str, int], path: Path) -> None:
+    for table, count in before.items():
+        if after.get(table, 0) < count:
+            raise ProjectError(f'{path}: the upgrade lost rows of table "{table}".', "Nothing was changed.")

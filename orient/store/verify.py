@@ -1,0 +1,135 @@
+"""Every digest, seal and count of a project recomputed. Each function yields sentences about what is wrong."""
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Any
+
+from sqlalchemy import Connection
+from sqlalchemy.exc import DBAPIError
+
+from orient.errors import OrientError
+from orient.store.chain import run_record_digest, selection_record_digest
+from orient.store.digest import OWN_CONTENT, input_digest, rows_digest
+from orient.store.format import Format
+from orient.store.rows import stored_rows
+from orient.store.runs import settings_from_json
+from orient.store.stage_tables import STAGE_TABLES
+
+Problems = Iterator[str]
+Progress = Callable[[int, int], None]
+
+
+def unsealed_runs(connection: Connection) -> Problems:
+    query = "SELECT run_id FROM main.stage_run WHERE run_id NOT IN (SELECT run_id FROM main.run_seal) ORDER BY run_id"
+    for run_id in connection.exec_driver_sql(query).scalars().all():
+        yield f"run {run_id} has no seal"
+
+
+def broken_sequences(connection: Connection) -> Problems:
+    """Versions of a stage, runs and selections are numbered 1, 2, 3 ... without a gap."""
+    counts = """
+        SELECT 'runs', count(*), min(run_id), max(run_id) FROM main.stage_run
+        UNION ALL SELECT 'selections', count(*), min(selection_id), max(selection_id) FROM main.selection
+        UNION ALL
+        SELECT 'versions of ' || stage, count(*), min(version), max(version) FROM main.stage_run GROUP BY stage
+    """
+    for what, count, first, last in connection.exec_driver_sql(counts).all():
+        if count and (first, last) != (1, count):
+            yield f"{what} are numbered {first} ... {last}, but there are {count}"
+
+
+def strange_rows(connection: Connection) -> Problems:
+    """Rows in a table that the stage of their run does not write."""
+    for stage, tables in STAGE_TABLES.items():
+        for table in tables:
+            own = "SELECT run_id FROM main.stage_run WHERE stage = ?"
+            query = f"SELECT DISTINCT run_id FROM main.{table} WHERE run_id NOT IN ({own})"
+            for run_id in connection.exec_driver_sql(query, (stage,)).scalars().all():
+                yield f'run {run_id} has rows in table "{table}", which its stage does not write'
+
+
+def broken_selections(connection: Connection) -> Problems:
+    """Selections that name no result of their stage, or that were altered."""
+    query = """
+        SELECT c.selection_id, c.stage, c.run_id, c.actor, c.reason, c.selected_at, c.record_digest, r.stage, s.status
+        FROM main.selection AS c LEFT JOIN main.stage_run AS r ON r.run_id = c.run_id
+        LEFT JOIN main.run_seal AS s ON s.run_id = c.run_id ORDER BY c.selection_id
+    """
+    for row in connection.exec_driver_sql(query).all():
+        if row[7] != row[1] or row[8] != "succeeded":
+            yield f"selection {row[0]} names run {row[2]}, which is no result of {row[1]}"
+        if selection_record_digest(connection, tuple(row[:6])) != row[6]:
+            yield f"selection {row[0]} was altered"
+
+
+def broken_runs(connection: Connection, form: Format, progress: Progress | None = None) -> Problems:
+    """Runs whose rows, inputs or ledger entry are not what was sealed."""
+    query = """
+        SELECT s.run_id, s.status, s.row_count, s.output_digest, s.summary, s.error, s.sealed_at, s.record_digest
+        FROM main.run_seal AS s ORDER BY s.run_id
+    """
+    seals = guarded(lambda: connection.exec_driver_sql(query).all())
+    if isinstance(seals, str):
+        yield f"the seals cannot be read: {seals}"
+        return
+    for number, seal in enumerate(seals, 1):
+        found = guarded(partial(_problems_of_run, connection, form, seal))
+        yield from [f"run {seal[0]}: {found}"] if isinstance(found, str) else found
+        if progress is not None:
+            progress(number, len(seals))
+
+
+def guarded(read: Callable[[], Any]) -> Any:
+    """What `read` finds, or a sentence if the content cannot even be read."""
+    try:
+        return read()
+    except OrientError as error:
+        return error.message
+    except UnicodeError:
+        return "text is not UTF-8"
+    except DBAPIError as error:
+        if getattr(error.orig, "sqlite_errorname", "") in ("SQLITE_INTERRUPT",):
+            raise
+        return "text is not UTF-8" if "decode" in str(error.orig) else f"cannot be read ({error.orig})"
+
+
+def _problems_of_run(connection: Connection, form: Format, seal: Any) -> list[str]:
+    return list(_run_problems(connection, form, seal))
+
+
+def _run_problems(connection: Connection, form: Format, seal: Any) -> Problems:
+    run_id, output = seal[0], seal[3]
+    header = connection.exec_driver_sql(
+        "SELECT stage, stage_version, settings, input_digest FROM main.stage_run WHERE run_id = ?", (run_id,)
+    ).first()
+    if header is None:
+        yield f"run {run_id} has a seal but no header"
+        return
+    rows = stored_rows(connection, run_id, header[0], form)
+    count = sum(len(values) for values in rows.values())
+    if count != seal[2]:
+        yield f"run {run_id}: {count} rows, seal says {seal[2]}"
+    elif rows_digest(rows, form.tables) != output:
+        yield f"run {run_id} ({header[0]}): rows were altered after the seal"
+    settings = settings_from_json(header[2], run_id)
+    inputs = _input_digests(connection, run_id) or {OWN_CONTENT: output}
+    if input_digest(header[0], header[1], settings, inputs) != header[3]:
+        yield f"run {run_id} ({header[0]}): the input digest does not fit its inputs and settings"
+    if run_record_digest(connection, tuple(seal[:7])) != seal[7]:
+        yield f"run {run_id} ({header[0]}): header, inputs or seal were altered"
+
+
+def _input_digests(connection: Connection, run_id: int) -> dict[str, str]:
+    query = """
+        SELECT i.role, s.output_digest FROM main.run_input AS i JOIN main.run_seal AS s ON s.run_id = i.input_run_id
+        WHERE i.run_id = ?
+    """
+    return {row[0]: row[1] for row in connection.exec_driver_sql(query, (run_id,)).all()}
+
+
+def all_problems(connection: Connection, form: Format, progress: Progress | None = None) -> Problems:
+    yield from unsealed_runs(connection)
+    yield from broken_sequences(connection)
+    yield from strange_rows(connection)
+    yield from broken_runs(connection, form, progress)
+    yield from broken_selections(connection)

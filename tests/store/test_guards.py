@@ -1,0 +1,96 @@
+"""Nothing that is stored can be changed or deleted: by us, by REPLACE, by a bug, on any table."""
+
+import sqlite3
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+from sqlalchemy.exc import DBAPIError, IntegrityError
+
+from orient.store.errors import OurFault
+from orient.store.format import current_format
+from orient.store.gate import Gated, pass_gate
+from orient.store.preflight import preflight
+
+TABLES = sorted(current_format().tables)
+STATEMENTS = {
+    "update": "UPDATE {table} SET {column} = {column}",
+    "delete": "DELETE FROM {table}",
+    "replace": "REPLACE INTO {table} SELECT * FROM {table}",
+    "upsert": "INSERT INTO {table} SELECT * FROM {table} WHERE true ON CONFLICT DO UPDATE SET {column} = {column}",
+    "late": "INSERT OR IGNORE INTO {table} SELECT * FROM {table}",
+}
+NO_SEAL = ("selection", "alembic_version")
+
+
+@pytest.fixture(scope="module")
+def writer(full_once: Path) -> Iterator[Gated]:
+    """A connection as the program has it, but without the authorizer's own refusal of UPDATE and DELETE."""
+    form = current_format()
+    gated = pass_gate(preflight(full_once, form), "write", form)
+    gated.watch.phase = "setup"
+    yield gated
+    gated.close()
+
+
+@pytest.mark.parametrize("table", TABLES)
+@pytest.mark.parametrize("action", STATEMENTS)
+def test_temporary_guards_refuse(writer: Gated, table: str, action: str) -> None:
+    if action == "late" and table in NO_SEAL:
+        pytest.skip("has no run that could be sealed")
+    column = current_format().tables[table].names[-1]
+    statement = STATEMENTS[action].format(table=table, column=f'"{column}"')
+    with pytest.raises(IntegrityError, match=r"never|sealed|upgrade|counted|only"), writer.connection.begin():
+        writer.connection.exec_driver_sql(statement)
+
+
+@pytest.mark.parametrize("table", TABLES)
+def test_stored_guards_refuse_too(full: Path, table: str) -> None:
+    with closing(sqlite3.connect(full)) as bare:
+        for statement in (f"DELETE FROM {table}", f"UPDATE {table} SET rowid = rowid"):
+            with pytest.raises(sqlite3.IntegrityError, match="never"):
+                bare.execute(statement)
+
+
+@pytest.mark.parametrize(
+    "statement", ["DROP TABLE photo", "DELETE FROM photo", "CREATE TABLE t (a)", "ATTACH 'x' AS y"]
+)
+def test_the_authorizer_refuses_before_any_guard(full: Path, statement: str) -> None:
+    form = current_format()
+    gated = pass_gate(preflight(full, form), "write", form)
+    try:
+        with pytest.raises(DBAPIError, match="not authorized"), gated.connection.begin():
+            gated.connection.exec_driver_sql(statement)
+    finally:
+        gated.close()
+
+
+@pytest.mark.parametrize(
+    ("statement", "words"),
+    [
+        ("INSERT INTO selection VALUES (99, 'refine', 1, '', '', '', '')", "sealed result of the same stage"),
+        ("INSERT INTO stage_run VALUES (99, 'photo', 7, 1, '', '', '', '', '', '')", "without a gap"),
+        ("INSERT INTO run_input VALUES (99, 'photo', 98)", "only sealed results"),
+    ],
+    ids=["selection of a stranger", "gap in the versions", "input that is no result"],
+)
+def test_the_ledger_stays_sound(writer: Gated, statement: str, words: str) -> None:
+    with pytest.raises(IntegrityError, match=words), writer.connection.begin():
+        writer.connection.exec_driver_sql(statement)
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), 1e16, "0.5", b"1", True + 0j], ids=str)
+def test_numbers_that_are_none_are_not_stored(value: object) -> None:
+    from orient.store.plain import plain_value
+
+    with pytest.raises(OurFault):
+        plain_value(value, "REAL", "photo", "f_mm")
+
+
+def test_strict_tables_refuse_what_slips_through(writer: Gated) -> None:
+    insert = "INSERT INTO stage_run VALUES (99, 'x', 1, 1, '', '', '', '', '', '')"
+    for value in (float("nan"), float("inf"), "text"):
+        with pytest.raises(IntegrityError), writer.connection.begin():
+            writer.connection.exec_driver_sql(insert)
+            writer.connection.exec_driver_sql("INSERT INTO model_point VALUES (99, 'z', 'p', ?, 0, 0)", (value,))

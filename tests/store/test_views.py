@@ -1,0 +1,129 @@
+"""What the views say: stale and why, current and older versions, units, error budget."""
+
+from pathlib import Path
+
+import pytest
+
+from orient.models import Base
+from orient.store.project import Project, create_project, open_project
+from orient.values import Outcome
+from tests.store.made import INPUTS, fill, new_run, row_of
+
+COMPUTED = [stage for stage, inputs in INPUTS.items() if inputs]
+
+
+def stale(project: Project) -> dict[str, str]:
+    _, rows = project.query("SELECT stage, why FROM v_stale WHERE is_stale")
+    return dict(rows)
+
+
+def test_nothing_is_stale_after_a_full_run(full: Path) -> None:
+    with open_project(full) as project:
+        assert stale(project) == {}
+        _, rows = project.query("SELECT stage, version FROM v_stale")
+    assert [row[0] for row in rows][-len(COMPUTED) :] == COMPUTED
+    assert {row[1] for row in rows} == {1}
+
+
+CHANGES = {
+    "photo": ["refine", "digitize", "bl", "topocentric", "resection", "covariance"],
+    "readings": ["refine", "resection", "covariance"],
+    "sheet": ["digitize", "bl", "topocentric", "resection", "covariance"],
+    "control": ["bl", "topocentric", "resection", "covariance"],
+    "model": [],
+}
+
+
+@pytest.mark.parametrize("stage", CHANGES)
+def test_a_new_input_makes_stale_what_depends_on_it(full: Path, stage: str) -> None:
+    with open_project(full, "write") as project:
+        project.append(new_run(project, stage, 0.25))
+        assert list(stale(project)) == CHANGES[stage]
+        project.select(stage, 1, "tester", "back")
+        assert stale(project) == {}
+
+
+def test_an_equal_input_makes_nothing_stale(full: Path) -> None:
+    with open_project(full, "write") as project:
+        project.append(new_run(project, "readings"))
+        assert project.heads()["readings"].version == 2
+        assert stale(project) == {}
+
+
+def test_reasons_are_named(full: Path) -> None:
+    with open_project(full, "write") as project:
+        project.append(new_run(project, "readings", 0.25))
+        assert stale(project) == {
+            "refine": "readings is version 2, version 1 was read",
+            "resection": "refine is stale",
+            "covariance": "refine is stale; resection is stale",
+        }
+
+
+def test_an_optional_input_that_comes_later(tmp_path: Path) -> None:
+    path = tmp_path / "p.sqlite"
+    create_project(path, lambda project: fill(project, ["photo", "control", "bl", "topocentric"]))
+    with open_project(path, "write") as project:
+        assert stale(project) == {}
+        fill(project, ["sheet"])
+        later = {"bl": "digitize is stale", "topocentric": "bl is stale"}
+        assert stale(project) == {"digitize": "not computed yet", **later}
+        fill(project, ["digitize"])
+        assert stale(project) == {"bl": "digitize is version 1, none was read", "topocentric": "bl is stale"}
+
+
+def test_waiting_is_not_stale(tmp_path: Path) -> None:
+    path = tmp_path / "p.sqlite"
+    create_project(path, lambda project: fill(project, ["photo"]))
+    with open_project(path) as project:
+        assert stale(project) == {}
+        waits = dict(project.query("SELECT stage, why FROM v_stale WHERE version IS NULL")[1])
+    assert waits["refine"] == "waits for readings"
+    assert waits["bl"] == "waits for control or digitize"
+    assert waits["resection"] == "waits for refine, topocentric"
+
+
+def test_iterations_are_in_degrees_and_in_order(full: Path) -> None:
+    tables = {
+        "iteration": [row_of(Base.metadata.tables["iteration"])],
+        "iteration_parameter": [
+            {"iteration": 1, "point": point, "unknown": unknown, "unit": unit, "approximation": 1.0, "correction": 0.5}
+            for point, unknown, unit in [
+                ("7", "Z", "m"), ("7", "X", "m"), ("", "Z_S", "m"), ("", "X_S", "m"), ("", "kappa", "rad"),
+                ("", "alpha", "rad"),
+            ]
+        ],
+    }  # fmt: skip
+    with open_project(full, "write") as project:
+        project.append(new_run(project, "resection", outcome=Outcome(tables)))
+        query = "SELECT point, unknown, adjusted, unit FROM v_iteration WHERE is_current"
+        _, rows = project.query(query)
+        versions = project.query("SELECT DISTINCT version, is_current FROM v_iteration")[1]
+    assert [row[:2] for row in rows] == [
+        ("", "alpha"), ("", "kappa"), ("", "X_S"), ("", "Z_S"), ("7", "X"), ("7", "Z"),
+    ]  # fmt: skip
+    assert rows[0][2:] == (pytest.approx(85.94366926962348), "deg")
+    assert rows[2][2:] == (1.5, "m")
+    assert versions == [(1, 0), (2, 1)]
+
+
+def test_orientation_has_sigmas(full: Path) -> None:
+    cofactor = row_of(Base.metadata.tables["cofactor"])
+    row = {**row_of(Base.metadata.tables["orientation"]), "variance_scale": 4.0}
+    own = {**cofactor, "unknowns": "rotation", "unknown_i": "X_S", "unknown_j": "X_S", "value": 0.25}
+    angle = {**row_of(Base.metadata.tables["orientation_angle"]), "triple": "aok", "angle": "alpha"}
+    with open_project(full, "write") as project:
+        outcome = Outcome({"orientation": [row], "cofactor": [own], "orientation_angle": [angle]})
+        project.append(new_run(project, "resection", outcome=outcome))
+        _, rows = project.query("SELECT element, value, sigma, unit FROM v_orientation WHERE is_current")
+    assert rows[0] == ("X_S", 0.5, 1.0, "m")
+    assert rows[1] == ("Y_S", 0.5, None, "m")
+    assert ("aok_alpha", 0.5, 0.5, "deg") in rows
+    assert len(rows) == 10
+
+
+def test_error_budget_sums_to_the_whole(full: Path) -> None:
+    with open_project(full) as project:
+        columns = "orientation_percent + reading_percent + height_percent, sigma_m, image_sigma_mm"
+        _, rows = project.query(f"SELECT {columns} FROM v_error_budget WHERE is_current AND axis = 'X'")
+    assert rows == [(pytest.approx(100.0), pytest.approx(1.5**0.5), pytest.approx(0.5**0.5))]
