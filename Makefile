@@ -37,10 +37,10 @@ floors: $(STAMP) ## import contracts
 	$(BIN)/lint-imports
 
 docs: $(STAMP) ## write docs/cli.md and docs/schema.md from the code
-	$(BIN)/python -m orient.report.reference docs
+	$(BIN)/python -m orient.cli.reference docs
 
 docs-check: $(STAMP) ## fail if the generated pages are not up to date
-	$(BIN)/python -m orient.report.reference docs --check
+	$(BIN)/python -m orient.cli.reference docs --check
 
 bench: $(STAMP) ## start-up and run time as ratios
 	$(BIN)/python benchmarks/startup.py

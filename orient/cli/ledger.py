@@ -1,0 +1,83 @@
+"""Commands about versions: status, log, show, diff, select, check, upgrade."""
+
+from typing import Annotated
+
+import typer
+
+from orient.cli.options import AsJson, ProjectPath, Reason
+
+StageName = Annotated[str, typer.Argument(metavar="STAGE", help="photo, readings, ..., refine, ..., covariance.")]
+
+
+def register(app: typer.Typer) -> None:
+    for command in (status, log, show, diff, select, check, upgrade):
+        app.command()(command)
+
+
+def status(project: ProjectPath, as_json: AsJson = False) -> None:
+    """What is there, what is current, what is stale and why."""
+    from orient.report.status import show_status
+
+    show_status(project, as_json)
+
+
+def log(project: ProjectPath, as_json: AsJson = False) -> None:
+    """Who did what, when and why: every run and every selection."""
+    from orient.report.status import show_log
+
+    show_log(project, as_json)
+
+
+def show(
+    project: ProjectPath,
+    stage: StageName,
+    version: Annotated[int | None, typer.Option("--version", min=1, help="Not the current one.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """The result of a stage: what to know first, then the numbers."""
+    from orient.report.show import show_stage
+
+    show_stage(project, stage, version, as_json)
+
+
+def diff(
+    project: ProjectPath,
+    stage: StageName,
+    first: Annotated[int, typer.Argument(metavar="A", min=1, help="Version.")],
+    second: Annotated[int, typer.Argument(metavar="B", min=1, help="Version to compare with.")],
+    as_json: AsJson = False,
+) -> None:
+    """What changed between two versions of a stage: settings, inputs, rows, numbers."""
+    from orient.report.diff import show_diff
+
+    show_diff(project, stage, first, second, as_json)
+
+
+def select(
+    project: ProjectPath,
+    stage: StageName,
+    version: Annotated[int, typer.Argument(metavar="VERSION", min=1, help="Version that becomes current.")],
+    message: Reason = "",
+) -> None:
+    """Make another version of a stage current (undo). Nothing is deleted; the choice is recorded."""
+    from orient.errors import UsageError
+    from orient.pipeline.runner import select_version
+    from orient.report.runs import show_selected
+
+    if not message:
+        raise UsageError("say why this version is selected", 'For example: -m "P7 was read on the wrong house"')
+    show_selected(select_version(project, stage, version, message))
+
+
+def check(project: ProjectPath) -> None:
+    """Examine the whole file: structure, seals, and the digest of every run."""
+    from orient.report.check import show_check
+
+    show_check(project)
+
+
+def upgrade(project: ProjectPath) -> None:
+    """Bring a project of an older orient to this version's format; the old file is kept beside it."""
+    from orient.report.check import show_upgrade
+
+    show_upgrade(project)

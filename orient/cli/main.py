@@ -1,0 +1,115 @@
+"""The command `orient`: the list of commands, and the one place where an error becomes a sentence and an exit code."""
+
+import os
+import signal
+import sys
+from collections.abc import Callable
+from types import FrameType
+
+import typer
+
+from orient.cli import inputs, ledger, questions, stages
+from orient.errors import OrientError
+
+OUR_FAULT = 70
+APP_HELP = """Orient one frame photograph from measured image points and a map, and keep the whole proof in one file.
+
+A project is one SQLite file per photo. Start with:
+
+\b
+    orient new photo.sqlite --from FOLDER
+    orient run photo.sqlite
+    orient show photo.sqlite resection
+
+Exit codes: 0 done, 1 the data or the geometry says no, 2 wrong use, 3 the project file, 70 our own fault.
+"""
+
+app = typer.Typer(
+    name="orient",
+    help=APP_HELP,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def _show_version(value: bool) -> None:
+    if value:
+        from orient import __version__
+
+        typer.echo(f"orient {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: bool = typer.Option(False, "--version", callback=_show_version, is_eager=True, help="Print the version."),
+) -> None:
+    """Options of orient itself."""
+
+
+for register in (inputs.register, stages.register, ledger.register, questions.register):
+    register(app)
+
+
+class _Stopped(BaseException):
+    """A signal asked the command to end."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
+
+
+def _stop(number: int, frame: FrameType | None) -> None:
+    if watch := sys.modules.get("orient.store.watch"):
+        watch.STOP.set()
+    raise _Stopped(number)
+
+
+def run() -> None:
+    """Entry point: run the command, end with the exit code of what happened."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _stop)
+    sys.exit(_exit_code(app))
+
+
+def _exit_code(command: Callable[[], object]) -> int:
+    try:
+        command()
+    except OrientError as error:
+        _say(error.message, error.hint)
+        return error.exit_code
+    except _Stopped as stopped:
+        _say("stopped; nothing was stored by the interrupted step")
+        return 128 + stopped.number
+    except BrokenPipeError:
+        # the reader of our output went away; that is no error
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except MemoryError:
+        _say("not enough memory for this project", "Give fewer points, or a machine with more memory.")
+        return 1
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else int(end.code is not None)
+    except Exception as error:
+        return _our_fault(error)
+    return 0
+
+
+def _our_fault(error: Exception) -> int:
+    if os.environ.get("ORIENT_TRACEBACK"):
+        raise error
+    _say(
+        f"this is a fault of orient itself: {type(error).__name__}: {error}",
+        "Nothing was stored. Please report it with the output of: ORIENT_TRACEBACK=1 orient ...",
+    )
+    return OUR_FAULT
+
+
+def _say(message: str, hint: str = "") -> None:
+    from orient.report.text import printable
+
+    print(printable(f"orient: {message}"), file=sys.stderr)
+    if hint:
+        print(printable(f"        {hint}"), file=sys.stderr)

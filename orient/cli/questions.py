@@ -1,0 +1,30 @@
+"""The command `sql`: ready-made questions by name, or any SELECT, read-only."""
+
+from typing import Annotated
+
+import typer
+
+from orient.cli.options import AsJson, ProjectPath
+
+
+def register(app: typer.Typer) -> None:
+    app.command()(sql)
+
+
+def sql(
+    project: ProjectPath,
+    question: Annotated[
+        str, typer.Argument(metavar="QUESTION", help='A name from --list, or SQL such as "SELECT * FROM v_residual".')
+    ] = "",
+    as_list: Annotated[bool, typer.Option("--list", help="The ready-made questions, by name.")] = False,
+    as_csv: Annotated[bool, typer.Option("--csv", help="Answer as CSV, with all digits.")] = False,
+    raw: Annotated[bool, typer.Option("--raw", help="CSV without the guard against formulas in text cells.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Ask the project file. It cannot be changed this way; tables and views are described in docs/schema.md."""
+    from orient.report.questions import answer, list_questions
+
+    if as_list or not question:
+        list_questions()
+    else:
+        answer(project, question, as_csv, as_json, raw)

@@ -1,0 +1,101 @@
+"""Writes docs/cli.md and docs/schema.md from the code: `python -m orient.cli.reference FOLDER [--check]`."""
+
+import inspect
+import os
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from orient.store.stage_tables import LEDGER_TABLES, STAGE_TABLES
+
+MADE = "<!-- Made from the code by `make docs`; do not edit. -->\n\n"
+VIEW_LINE = re.compile(r"^-- (?P<name>v_\w+): (?P<text>.*)$")
+COLUMN_LINE = re.compile(r"^--   (?P<name>\w+): (?P<text>.*)$")
+HELP_WIDTH = "100"
+
+
+def command_page() -> str:
+    """Every command's own `--help`."""
+    os.environ.update(COLUMNS=HELP_WIDTH, TERMINAL_WIDTH=HELP_WIDTH, NO_COLOR="1")
+    from typer.main import get_command
+    from typer.testing import CliRunner
+
+    from orient.cli.main import app
+
+    names = list(get_command(app).commands)  # type: ignore[attr-defined]
+    parts = ["# Commands\n\n" + MADE + _help(CliRunner(), app, [])]
+    parts += [f"## orient {name}\n\n" + _help(CliRunner(), app, [name]) for name in names]
+    return "\n".join(parts)
+
+
+def _help(runner: object, app: object, words: list[str]) -> str:
+    result = runner.invoke(app, [*words, "--help"], prog_name="orient")  # type: ignore[attr-defined]
+    lines = [line.rstrip() for line in result.output.strip().splitlines()]
+    return "```\n" + "\n".join(lines) + "\n```\n"
+
+
+def schema_page() -> str:
+    """Every table and view with the meaning of its columns."""
+    parts = ["# The project file\n\n" + MADE, *_intro(), "## Views\n", *_views(), "## Tables\n", *_tables()]
+    return "\n".join(parts)
+
+
+def _intro() -> Iterator[str]:
+    yield (
+        "A project is one SQLite file. A row belongs to one run of a stage and is never changed; the current version\n"
+        "of a stage is the newest row of `selection`. Read it with any SQLite program, or with `orient sql`.\n"
+    )
+
+
+def _views() -> Iterator[str]:
+    from importlib.resources import files
+
+    for line in (files("orient.store") / "views.sql").read_text("utf-8").splitlines():
+        if view := VIEW_LINE.match(line):
+            yield f"\n### {view['name']}\n\n{view['text']}\n\n| column | meaning |\n|---|---|"
+        elif column := COLUMN_LINE.match(line):
+            yield _row(column["name"], column["text"])
+    yield ""
+
+
+def _tables() -> Iterator[str]:
+    from orient.models import Base
+
+    classes = {str(mapper.class_.__tablename__): mapper.class_ for mapper in Base.registry.mappers}
+    groups = {"ledger": LEDGER_TABLES, **STAGE_TABLES}
+    for group, tables in groups.items():
+        yield f"\n### {'The ledger' if group == 'ledger' else f'Stage {group}'}\n"
+        for name in tables:
+            about = inspect.cleandoc(classes[name].__doc__ or "")
+            yield f"#### {name}\n\n{about}\n\n| column | type | meaning |\n|---|---|---|"
+            for column in classes[name].__table__.columns:
+                kind = f"{column.type}{'' if column.nullable else ' NOT NULL'}{', key' if column.primary_key else ''}"
+                yield f"| `{column.name}` | {kind} | {_escaped(column.comment or '')} |"
+            yield ""
+
+
+def _row(name: str, text: str) -> str:
+    return f"| `{name}` | {_escaped(text)} |"
+
+
+def _escaped(text: str) -> str:
+    return text.replace("|", "\\|")
+
+
+def main(arguments: list[str]) -> int:
+    """0 if the pages are written or up to date."""
+    folder, only_check = Path(arguments[0]), "--check" in arguments
+    pages = {folder / "cli.md": command_page(), folder / "schema.md": schema_page()}
+    stale = [path for path, text in pages.items() if not path.exists() or path.read_text("utf-8") != text]
+    if only_check:
+        for path in stale:
+            print(f"{path} is not up to date; run: make docs", file=sys.stderr)
+        return 1 if stale else 0
+    for path, text in pages.items():
+        path.write_text(text, "utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

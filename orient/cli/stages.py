@@ -1,0 +1,109 @@
+"""Commands that compute: run, and one for each stage."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from orient.cli.options import Again, ProjectPath, Reason
+from orient.values import Settings
+
+
+def register(app: typer.Typer) -> None:
+    for command in (run, refine, digitize, bl, topocentric, resection, covariance):
+        app.command()(command)
+
+
+Reject = Annotated[
+    bool | None, typer.Option("--reject/--keep", help="Leave flagged readings or crosses out; each is recorded.")
+]
+AllowBallpark = Annotated[
+    bool | None,
+    typer.Option("--allow-ballpark/--no-ballpark", help="Accept a datum change that is unknown or lacks its grid."),
+]
+Interval = Annotated[float | None, typer.Option("--tolerance", help="Largest scaled step that counts as converged.")]
+
+
+def run(
+    project: ProjectPath,
+    message: Reason = "run",
+    allow_ballpark: AllowBallpark = None,
+) -> None:
+    """Compute everything that is missing or stale, in order. Settings of the current versions are kept."""
+    from orient.pipeline.runner import run_stale
+    from orient.report.runs import Progress
+
+    with Progress() as progress:
+        results = run_stale(project, _given(allow_ballpark=allow_ballpark), message, progress.begin, progress.end)
+    progress.close_with(results, project)
+
+
+def refine(project: ProjectPath, message: Reason = "refine", again: Again = False, reject: Reject = None) -> None:
+    """Image coordinates: cycle means, interior orientation, distortion, refraction."""
+    _stage(project, "refine", _given(reject=reject), message, again)
+
+
+def digitize(
+    project: ProjectPath,
+    message: Reason = "digitize",
+    again: Again = False,
+    degree: Annotated[
+        int | None, typer.Option("--degree", min=1, max=5, help="Degree of the polynomial; else by test.")
+    ] = None,
+    reject: Reject = None,
+) -> None:
+    """Map points by the polynomial of their sheet, with covariance; bad crosses are named."""
+    _stage(project, "digitize", _given(degree=degree, reject=reject), message, again)
+
+
+def bl(
+    project: ProjectPath, message: Reason = "bl", again: Again = False, allow_ballpark: AllowBallpark = None
+) -> None:
+    """B, L, H of all points on the ground's ellipsoid; the datum change is recorded."""
+    _stage(project, "bl", _given(allow_ballpark=allow_ballpark), message, again)
+
+
+def topocentric(project: ProjectPath, message: Reason = "topocentric", again: Again = False) -> None:
+    """Topocentric coordinates T and T' of all points."""
+    _stage(project, "topocentric", {}, message, again)
+
+
+def resection(
+    project: ProjectPath,
+    message: Reason = "resection",
+    again: Again = False,
+    control: Annotated[
+        str | None,
+        typer.Option("--control", metavar="auto|fixed|weighted", help="Errors of the control: as given, none, all."),
+    ] = None,
+    variance: Annotated[
+        str | None,
+        typer.Option("--variance", metavar="posteriori|priori", help="Which sigma0 scales the covariances."),
+    ] = None,
+    max_iterations: Annotated[int | None, typer.Option("--max-iterations", min=1, max=1000)] = None,
+    tolerance: Interval = None,
+) -> None:
+    """Exterior orientation of the photo; no approximate values are needed."""
+    given = _given(control=control, variance=variance, max_iterations=max_iterations, tolerance=tolerance)
+    _stage(project, "resection", given, message, again)
+
+
+def covariance(
+    project: ProjectPath,
+    message: Reason = "covariance",
+    again: Again = False,
+    pairs: Annotated[bool | None, typer.Option("--pairs/--no-pairs", help="Also between all pairs of points.")] = None,
+) -> None:
+    """Covariance of the ground points, K = C Q C', and error ellipses."""
+    _stage(project, "covariance", _given(pairs=pairs), message, again)
+
+
+def _given(**options: str | int | float | bool | None) -> Settings:
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def _stage(project: Path, name: str, settings: Settings, message: str, again: bool) -> None:
+    from orient.pipeline.runner import run_stage
+    from orient.report.runs import show_result
+
+    show_result(run_stage(project, name, settings, message, again), project)

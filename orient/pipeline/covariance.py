@@ -1,0 +1,192 @@
+"""Stage `covariance`: where the ray of each point meets its height, and K = C Q C' of that place (seed 003).
+
+The covariance is that of a new point read once more at this place: the part of the orientation with the full 6 x 6
+cofactor matrix, the part of the reading, the part of the height. Source: seed 003, (1)-(3).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from orient.errors import OrientError
+from orient.geometry.rotation import matrix_from_quaternion
+from orient.pipeline.frames import Frame, frame_of
+from orient.pipeline.ground import ground_of
+from orient.pipeline.resection import Observations, observations
+from orient.pipeline.tables import Array, columns, covariances, or_none, required, single
+from orient.solvers.ground_covariance import (
+    RayJacobians,
+    covariance_factor,
+    error_ellipse,
+    ground_covariance,
+    pair_covariance,
+    ray_at_height,
+    ray_at_height_jacobians,
+)
+from orient.solvers.packed import unpack_upper
+from orient.units import DEGREES_PER_RADIAN
+from orient.values import Event, Outcome, Row, Settings, Tables
+
+PARTS = ("XX", "XY", "YY")
+ELEMENTS = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Oriented:
+    """The orientation in the solver's right-handed frame, with the covariance of its elements."""
+
+    station: Array
+    rotation: Array
+    f_mm: float
+    covariance: Array
+    scale: float
+
+
+def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
+    """Outcome with `ground_covariance` rows and, when asked, all pairs."""
+    photo = single(inputs["photo"], "photo")
+    frame = frame_of(single(inputs["topocentric"], "topocentric_frame"), ground_of(photo))
+    seen, _ = observations(inputs["refine"], inputs["topocentric"])
+    oriented = _oriented(inputs["resection"], frame)
+    heights = _places(seen, inputs["resection"])
+    up = frame.right_handed(seen.up)
+    points = ray_at_height(
+        seen.image, oriented.station, oriented.rotation, oriented.f_mm, frame.right_handed(heights), up
+    )
+    jacobians = ray_at_height_jacobians(points, oriented.station, oriented.rotation, oriented.f_mm, up)
+    met = [int(i) for i in np.flatnonzero(jacobians.determined)]
+    events = _level_rays(seen, jacobians)
+    axes = _horizon(frame, up)
+    rows = _rows(seen, met, points, heights, jacobians, oriented, axes, frame)
+    tables: dict[str, Sequence[Row]] = {"ground_covariance": rows}
+    if settings["pairs"]:
+        tables["ground_covariance_pair"] = _pair_rows(seen, met, jacobians, oriented, axes)
+    return Outcome(tables, events, _summary(rows))
+
+
+def _oriented(resection: Tables, frame: Frame) -> Oriented:
+    row = single(resection, "orientation")
+    packed = [required(entry, "value") for entry in resection["cofactor"] if entry["unknowns"] == "rotation"]
+    to_right_handed = np.eye(ELEMENTS)
+    to_right_handed[3:, 3:] = frame.partner
+    scale = required(row, "variance_scale")
+    Q = to_right_handed @ unpack_upper(np.array(packed)) @ to_right_handed
+    return Oriented(
+        station=frame.right_handed(columns([row], "X_S_m", "Y_S_m", "Z_S_m")[0]),
+        rotation=matrix_from_quaternion(columns([row], "q_w", "q_x", "q_y", "q_z")[0]),
+        f_mm=required(row, "f_mm"),
+        covariance=scale * Q,
+        scale=scale / required(row, "sigma0_apriori_mm") ** 2,
+    )
+
+
+def _places(seen: Observations, resection: Tables) -> Array:
+    """(n, 3) a place at the height of each point: adjusted where the resection moved it, else as given."""
+    adjusted = {str(row["point"]): row for row in resection.get("adjusted_point", ())}
+    return np.array(
+        [
+            columns([adjusted.get(point, row)], "X_m", "Y_m", "Z_m")[0]
+            for point, row in zip(seen.points, seen.rows, strict=True)
+        ]
+    ).reshape(-1, 3)
+
+
+def _horizon(frame: Frame, up: Array) -> Array:
+    """(n, 2, 3) unit vectors X (grid north) and Y (grid east) in the horizon of each point, right-handed frame."""
+    x_axis = frame.right_handed(np.array([1.0, 0.0, 0.0]))
+    level = x_axis - (up @ x_axis)[:, None] * up
+    first = level / np.linalg.norm(level, axis=1)[:, None]
+    second = np.cross(up, first) * np.linalg.det(frame.partner)
+    return np.stack([first, second], axis=1)
+
+
+def _rows(
+    seen: Observations,
+    met: Sequence[int],
+    points: Array,
+    heights: Array,
+    jacobians: RayJacobians,
+    oriented: Oriented,
+    axes: Array,
+    frame: Frame,
+) -> list[Row]:
+    height_variance = _height_variance(seen)
+    found = ground_covariance(jacobians, oriented.covariance, oriented.scale * seen.image_covariance, height_variance)
+    in_plan = [axes @ part @ axes.transpose(0, 2, 1) for part in (found.orientation, found.reading, found.height)]
+    stored = frame.right_handed(points)
+    apart = np.einsum("nij,nj->ni", axes, points - frame.right_handed(seen.ground))
+    return [
+        {
+            "point": seen.points[i],
+            "role": seen.roles[i],
+            **dict(zip(("X_m", "Y_m", "Z_m"), stored[i].tolist(), strict=True)),
+            **_apart(apart[i], seen.known[i]),
+            **_part("K", in_plan[0][i]),
+            **_part("reading", in_plan[1][i]),
+            **_part("height", in_plan[2][i]),
+            **_accuracy(sum(part[i] for part in in_plan)),
+        }
+        for i in met
+    ]
+
+
+def _height_variance(seen: Observations) -> Array:
+    """(n,) variance of the given heights; 0 for a height taken as known."""
+    covariance = np.nan_to_num(covariances(seen.rows))
+    variance: Array = np.einsum("ni,nij,nj->n", seen.up, covariance, seen.up)
+    return variance
+
+
+def _apart(apart: Array, known: str) -> dict[str, float | None]:
+    if known == "height":
+        return {"dX_m": None, "dY_m": None}
+    return {"dX_m": float(apart[0]), "dY_m": float(apart[1])}
+
+
+def _part(name: str, covariance: Array) -> dict[str, float]:
+    values = (covariance[0, 0], covariance[0, 1], covariance[1, 1])
+    return {f"{name}_{part}_m2": float(value) for part, value in zip(PARTS, values, strict=True)}
+
+
+def _accuracy(total: Array) -> dict[str, float]:
+    ellipse = error_ellipse(total)
+    return {
+        "sigma_X_m": float(np.sqrt(total[0, 0])),
+        "sigma_Y_m": float(np.sqrt(total[1, 1])),
+        "ellipse_a_m": ellipse.a,
+        "ellipse_b_m": ellipse.b,
+        "ellipse_azimuth_deg": ellipse.azimuth * DEGREES_PER_RADIAN,
+    }
+
+
+def _pair_rows(
+    seen: Observations, met: Sequence[int], jacobians: RayJacobians, oriented: Oriented, axes: Array
+) -> list[Row]:
+    factor = axes @ covariance_factor(jacobians, oriented.covariance)
+    first, second = (np.array(met, dtype=np.intp)[index] for index in np.triu_indices(len(met), 1))
+    pairs = pair_covariance(factor, first, second)
+    keys = ("K_XX_m2", "K_XY_m2", "K_YX_m2", "K_YY_m2")
+    return [
+        {
+            "point_i": seen.points[i],
+            "point_j": seen.points[j],
+            **dict(zip(keys, (or_none(float(value)) for value in K.ravel()), strict=True)),
+        }
+        for i, j, K in zip(first, second, pairs, strict=True)
+    ]
+
+
+def _level_rays(seen: Observations, jacobians: RayJacobians) -> list[Event]:
+    return [
+        Event("warning", "level_ray", point, f"{point}: its ray runs level and does not meet its height; no covariance")
+        for point, is_met in zip(seen.points, jacobians.determined, strict=True)
+        if not is_met
+    ]
+
+
+def _summary(rows: Sequence[Row]) -> str:
+    if not rows:
+        raise OrientError("no ray meets the height of its point", "The photo looks along the horizon.")
+    typical = float(np.median(columns(rows, "ellipse_a_m")))
+    return f"{len(rows)} points, median semi-major axis {typical:.3g} m"

@@ -1,0 +1,252 @@
+"""Stage `refine`: from comparator or pixel readings to image coordinates, every correction in its own column.
+
+Order: mean of the cycles -> interior orientation -> principal point -> lens distortion -> refraction.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from orient.errors import OrientError
+from orient.geometry import distortion, plane, refraction
+from orient.pipeline.tables import Array, columns, number, or_none, required, single
+from orient.solvers.cycle_means import CycleMeans, cycle_means
+from orient.solvers.interior_orientation import InteriorFit, fit_interior
+from orient.values import Event, Outcome, Row, Settings, Tables
+
+STEP_MM = 1e-3
+MICROMETRES = 1000.0
+FIDUCIAL = "fiducial"
+
+
+@dataclass(frozen=True, slots=True)
+class Means:
+    """Mean readings of the points or marks of one kind, in mm of the comparator."""
+
+    points: Sequence[str]
+    xy: Array
+    n_cycles: Array
+    sigma_cycles: Array
+    covariance: Array
+
+
+def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
+    """Outcome with `image_point`, cycle residuals and the interior orientation."""
+    photo_tables = inputs["photo"]
+    photo = single(photo_tables, "photo")
+    readings = inputs["readings"]["comparator_reading"]
+    xy, sigma = _in_mm(readings, photo)
+    by_kind = [f"{row['kind']} {row['point']}" for row in readings]
+    cycles = cycle_means(by_kind, xy, reject=bool(settings["reject"]))
+    events = _cycle_events(readings, cycles, xy, required(photo, "sigma_image_mm"))
+    marks, points = (_means_of(kind, readings, cycles, sigma) for kind in (FIDUCIAL, "point"))
+    if not points.points:
+        raise OrientError("the readings contain no point", 'Add rows with kind = "point" to readings.csv.')
+    interior, chosen = _interior(photo, photo_tables.get("fiducial_mark", ()), marks, events)
+    rows = _image_points(points, interior, photo, photo_tables)
+    residuals = _cycle_rows(readings, cycles)
+    tables = {"image_point": rows, "cycle_residual": residuals, **_interior_tables(interior, chosen)}
+    return Outcome(tables, events, _summary(rows, cycles, interior))
+
+
+def _in_mm(readings: Sequence[Row], photo: Row) -> tuple[Array, Array]:
+    """(n, 2) readings and (n,) standard deviations in mm; pixels become mm of the frame."""
+    apriori = required(photo, "sigma_image_mm")
+    xy = columns(readings, "x_mm", "y_mm")
+    sigma = columns(readings, "sigma")[:, 0]
+    in_pixels = np.isnan(xy[:, 0])
+    if in_pixels.any():
+        size = required(photo, "pixel_size_mm")
+        origin = [required(photo, "origin_col_px"), required(photo, "origin_row_px")]
+        direction = np.array([1.0 if photo["x_axis"] == "right" else -1.0, -1.0 if photo["y_axis"] == "up" else 1.0])
+        pixels = columns(readings, "col_px", "row_px")
+        xy = np.where(in_pixels[:, None], (pixels - origin) * direction * size, xy)
+        sigma = np.where(in_pixels, sigma * size, sigma)
+    return xy, np.where(np.isnan(sigma), apriori, sigma)
+
+
+def _means_of(kind: str, readings: Sequence[Row], cycles: CycleMeans, sigma: Array) -> Means:
+    """Means of one kind; their variance is sum(sigma^2)/n^2 over the readings that are used."""
+    used = cycles.is_used
+    variance = np.bincount(cycles.point_index[used], weights=sigma[used] ** 2) / cycles.n_used**2
+    prefix = f"{kind} "
+    index = [i for i, point in enumerate(cycles.points) if point.startswith(prefix)]
+    return Means(
+        points=[cycles.points[i].removeprefix(prefix) for i in index],
+        xy=cycles.means[index],
+        n_cycles=cycles.n_used[index].astype(np.float64),
+        sigma_cycles=cycles.sigma_point[index],
+        covariance=variance[index, None, None] * np.eye(2),
+    )
+
+
+def _cycle_events(readings: Sequence[Row], cycles: CycleMeans, xy: Array, apriori: float) -> list[Event]:
+    events = []
+    for row, deviation, is_outlier, is_used in zip(
+        readings, cycles.deviations, cycles.is_outlier, cycles.is_used, strict=True
+    ):
+        if is_outlier:
+            size = MICROMETRES * float(np.hypot(*deviation))
+            what = "kept" if is_used else "left out of the mean"
+            where = f"{row['kind']} {row['point']}, cycle {row['cycle']}"
+            message = f"{where}: {size:.1f} um from the mean of its cycles, {what}"
+            events.append(Event("warning", "cycle_outlier", str(row["point"]), message, size))
+    if cycles.sigma is not None:
+        message = (
+            f"one reading has a standard deviation of {MICROMETRES * cycles.sigma:.2f} um from the cycles "
+            f"(a priori {MICROMETRES * apriori:.2f} um)"
+        )
+        events.append(Event("info", "cycle_sigma", "", message, cycles.sigma))
+    return events
+
+
+def _interior(
+    photo: Row, marks: Sequence[Row], measured: Means, events: list[Event]
+) -> tuple[InteriorFit | None, list[str]]:
+    """The fit and the names of the marks that carry it; None where no interior orientation is asked for."""
+    transformation = str(photo["interior_transformation"])
+    if transformation == "none":
+        if measured.points:
+            events.append(Event("warning", "fiducials_unused", "", "fiducials are read but photo.toml has no marks"))
+        return None, []
+    calibrated = {str(row["mark"]): row for row in marks}
+    both = [index for index, mark in enumerate(measured.points) if mark in calibrated]
+    chosen = [measured.points[index] for index in both]
+    events += [_mark_event(mark, "is read but not calibrated") for mark in measured.points if mark not in calibrated]
+    events += [_mark_event(mark, "is calibrated but not read") for mark in calibrated if mark not in chosen]
+    target = columns([calibrated[mark] for mark in chosen], "x_mm", "y_mm")
+    fit = fit_interior(measured.xy[both], target, transformation, marks=chosen)
+    if fit.is_mirrored:
+        message = "the readings are mirrored against the fiducial marks; is the photo measured from its back?"
+        events.append(Event("warning", "mirrored", "", message))
+    return fit, chosen
+
+
+def _mark_event(mark: str, what: str) -> Event:
+    return Event("warning", "fiducial_unmatched", mark, f"fiducial mark {mark} {what}: not used")
+
+
+def _image_points(points: Means, interior: InteriorFit | None, photo: Row, tables: Tables) -> list[Row]:
+    frame, by_reading = _to_frame(points.xy, interior)
+    covariance = by_reading @ points.covariance @ by_reading.transpose(0, 2, 1)
+    principal = np.tile([-required(photo, "x0_mm"), -required(photo, "y0_mm")], (len(frame), 1))
+    reduced = frame + principal
+    lens = distortion.correction(_distortion(photo, tables), reduced)
+    air = _refraction(reduced + lens, photo)
+    image = reduced + lens + air
+    return [
+        {
+            "point": point,
+            "n_cycles": int(points.n_cycles[i]),
+            **_pair("x_comparator_mm", points.xy[i]),
+            "sigma_cycles_mm": or_none(float(points.sigma_cycles[i])),
+            **_pair("x_frame_mm", frame[i]),
+            **_pair("dx_principal_mm", principal[i]),
+            **_pair("dx_distortion_mm", lens[i]),
+            **_pair("dx_refraction_mm", air[i]),
+            **_pair("x_mm", image[i]),
+            "cov_xx_mm2": float(covariance[i, 0, 0]),
+            "cov_xy_mm2": float(covariance[i, 0, 1]),
+            "cov_yy_mm2": float(covariance[i, 1, 1]),
+        }
+        for i, point in enumerate(points.points)
+    ]
+
+
+def _pair(x_name: str, values: Array) -> dict[str, float]:
+    return {x_name: float(values[0]), x_name.replace("x", "y", 1): float(values[1])}
+
+
+def _to_frame(xy: Array, interior: InteriorFit | None) -> tuple[Array, Array]:
+    """(n, 2) fiducial coordinates and (n, 2, 2) their derivative by the reading (differences: exact for affine)."""
+    if interior is None:
+        return xy, np.tile(np.eye(2), (len(xy), 1, 1))
+
+    def apply(shift: Array) -> Array:
+        return np.asarray(plane.apply(interior.transformation, interior.parameters, xy + shift))
+
+    steps = np.array([[STEP_MM, 0.0], [0.0, STEP_MM]])
+    by_reading = np.stack([(apply(step) - apply(-step)) / (2 * STEP_MM) for step in steps], axis=-1)
+    return apply(np.zeros(2)), by_reading
+
+
+def _distortion(photo: Row, tables: Tables) -> distortion.Distortion:
+    coefficients = {str(row["name"]): required(row, "value") for row in tables.get("distortion_coefficient", ())}
+    radial = tables.get("distortion_radial", ())
+    return distortion.Distortion(
+        model=str(photo["distortion_model"]),
+        direction=str(photo["distortion_direction"]),
+        coefficients=coefficients,
+        table=columns(radial, "radius_mm", "distortion_mm") if radial else None,
+        f_mm=required(photo, "f_mm"),
+    )
+
+
+def _refraction(xy: Array, photo: Row) -> Array:
+    """(n, 2) correction for a vertical view; `refraction` tells the formula."""
+    model = str(photo["refraction"])
+    if model == "none":
+        return np.zeros_like(xy)
+    height = number(photo, "camera_height_m")
+    height = number(photo, "station_H_m") if height is None else height
+    ground = number(photo, "ground_height_m")
+    if height is None or ground is None:
+        raise OrientError(
+            "refraction needs the heights of the camera and of the ground",
+            'Give camera_height_m and height_m in photo.toml, or model = "none".',
+        )
+    constant = refraction.ardc_constant if model == "ardc" else refraction.integral_constant
+    return np.asarray(refraction.correction(xy, required(photo, "f_mm"), constant(height, ground)))
+
+
+def _cycle_rows(readings: Sequence[Row], cycles: CycleMeans) -> list[Row]:
+    return [
+        {
+            "seq": row["seq"],
+            "point": row["point"],
+            "kind": row["kind"],
+            "cycle": row["cycle"],
+            "vx_mm": float(cycles.deviations[i, 0]),
+            "vy_mm": float(cycles.deviations[i, 1]),
+            "statistic": cycles.statistic[i],
+            "is_outlier": int(cycles.is_outlier[i]),
+            "is_used": int(cycles.is_used[i]),
+        }
+        for i, row in enumerate(readings)
+    ]
+
+
+def _interior_tables(interior: InteriorFit | None, marks: Sequence[str]) -> Tables:
+    if interior is None:
+        return {}
+    sigmas = [None] * len(interior.names) if interior.sigmas is None else interior.sigmas.tolist()
+    fit = {
+        "transformation": interior.transformation,
+        "n_marks": len(interior.residuals),
+        "redundancy": interior.redundancy,
+        "sigma0_mm": interior.sigma0,
+    }
+    parameters = [
+        {"name": name, "value": float(value), "sigma": sigma}
+        for name, value, sigma in zip(interior.names, interior.parameters, sigmas, strict=True)
+    ]
+    residuals = [
+        {
+            "mark": mark,
+            **_pair("x_mm", interior.transformed[i]),
+            **_pair("vx_mm", interior.residuals[i]),
+        }
+        for i, mark in enumerate(marks)
+    ]
+    return {"interior_orientation": [fit], "interior_parameter": parameters, "fiducial_residual": residuals}
+
+
+def _summary(rows: Sequence[Row], cycles: CycleMeans, interior: InteriorFit | None) -> str:
+    parts = [f"{len(rows)} points"]
+    if cycles.sigma is not None:
+        parts.append(f"one reading {MICROMETRES * cycles.sigma:.1f} um")
+    if interior is not None:
+        fit = "" if interior.sigma0 is None else f" {MICROMETRES * interior.sigma0:.1f} um"
+        parts.append(f"{len(interior.residuals)} fiducials {interior.transformation}{fit}")
+    return ", ".join(parts)

@@ -1,0 +1,236 @@
+"""Stage `resection`: the exterior orientation of the photo by functional iteration, without start values."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from orient.errors import GeometryError
+from orient.pipeline.frames import Frame, frame_of
+from orient.pipeline.ground import Ground, ground_of
+from orient.pipeline.resection_rows import result_tables, trace_tables
+from orient.pipeline.tables import Array, columns, required, single
+from orient.pipeline.weights import GroundWeights, ground_weights
+from orient.solvers.resection import Resection, resect
+from orient.units import RADIANS_PER_DEGREE
+from orient.values import Event, Outcome, Row, Settings, Tables
+
+MINIMUM_POINTS = 3
+HEIGHT_TOLERANCE_M = 1e-3
+MAX_HEIGHT_ROUNDS = 10
+STRONG_CORRELATION = 0.95
+MICROMETRES = 1000.0
+NAMED = 10
+"""Points that one event names; the tables hold all of them."""
+
+SOLVER_NAME = re.compile(r"\b(r_[XYZ]|[XYZ]_S|[XYZ])\b")
+
+
+@dataclass(frozen=True, slots=True)
+class Observations:
+    """Points that are both measured on the photo and placed on the ground, in the frame of T'."""
+
+    points: Sequence[str]
+    roles: Sequence[str]
+    image: Array
+    image_covariance: Array
+    rows: Sequence[Row]
+
+    def only(self, role: str) -> "Observations":
+        keep = [index for index, value in enumerate(self.roles) if value == role]
+        return Observations(
+            [self.points[index] for index in keep],
+            [role] * len(keep),
+            self.image[keep],
+            self.image_covariance[keep],
+            [self.rows[index] for index in keep],
+        )
+
+    @property
+    def ground(self) -> Array:
+        return columns(self.rows, "X_m", "Y_m", "Z_m")
+
+    @property
+    def up(self) -> Array:
+        return columns(self.rows, "up_X", "up_Y", "up_Z")
+
+    @property
+    def known(self) -> Array:
+        return np.array([str(row["known"]) for row in self.rows])
+
+
+def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
+    """Outcome with orientation, cofactors, iterations, equations and residuals."""
+    photo = single(inputs["photo"], "photo")
+    ground = ground_of(photo)
+    frame = frame_of(single(inputs["topocentric"], "topocentric_frame"), ground)
+    seen, events = observations(inputs["refine"], inputs["topocentric"])
+    control, check = seen.only("control"), seen.only("check")
+    _require_enough(control)
+    sigma0 = required(photo, "sigma_image_mm")
+    weights = ground_weights(control.rows, str(settings["control"]), sigma0)
+    found = _solve(photo, ground, frame, control, weights, sigma0, settings)
+    events += _findings(found, frame)
+    traces = trace_tables(found, frame, control.points)
+    if found.termination != "CONVERGED":
+        error = f"{found.termination.value}: {_in_stored_names(found.message, frame)}"
+        return Outcome(traces, events, error=error, hint=_hint(found.termination))
+    use_posteriori = settings["variance"] == "posteriori" and found.redundancy > 0
+    results = result_tables(found, frame, ground, control, check, sigma0, use_posteriori)
+    return Outcome({**results, **traces}, events, _summary(found, sigma0))
+
+
+def observations(refine: Tables, topocentric: Tables) -> tuple[Observations, list[Event]]:
+    """Pairs readings with ground points by name, and says what found no partner."""
+    image = {str(row["point"]): row for row in refine["image_point"]}
+    ground = {str(row["point"]): row for row in topocentric["topocentric_point"]}
+    both = [point for point in image if point in ground]
+    events = [
+        *_unused(image, ground, "no_control", "are measured on the photo but have no ground coordinates, not used"),
+        *_unused(ground, image, "not_measured", "have ground coordinates but are not measured on the photo, not used"),
+    ]
+    rows = [image[point] for point in both]
+    packed = columns(rows, "cov_xx_mm2", "cov_xy_mm2", "cov_xy_mm2", "cov_yy_mm2")
+    seen = Observations(
+        points=both,
+        roles=[str(ground[point]["role"]) for point in both],
+        image=columns(rows, "x_mm", "y_mm"),
+        image_covariance=packed.reshape(-1, 2, 2),
+        rows=[ground[point] for point in both],
+    )
+    return seen, events
+
+
+def _unused(here: Mapping[str, Row], there: Mapping[str, Row], code: str, message: str) -> list[Event]:
+    """One event for all points that have no partner."""
+    alone = [point for point in here if point not in there]
+    if not alone:
+        return []
+    more = f" and {len(alone) - NAMED}" if len(alone) > NAMED else ""
+    listed = ", ".join(alone[:NAMED]) + more
+    return [Event("warning", code, listed, f"{len(alone)} points {message}: {listed}", float(len(alone)))]
+
+
+def _require_enough(control: Observations) -> None:
+    full = [name for name, known in zip(control.points, control.known, strict=True) if known == "XYZ"]
+    if len(full) < MINIMUM_POINTS:
+        listed = f" ({', '.join(full)})" if full else ""
+        raise GeometryError(
+            f"{len(full)} control points with all three coordinates in the photo{listed}; "
+            f"at least {MINIMUM_POINTS} are needed",
+            "Measure more control points, or give the missing coordinates.",
+        )
+
+
+def _solve(
+    photo: Row,
+    ground: Ground,
+    frame: Frame,
+    control: Observations,
+    weights: GroundWeights,
+    sigma0: float,
+    settings: Settings,
+) -> Resection:
+    """Resection; height-only points are set on the curved surface of their height again until they lie on it."""
+    place, up = control.ground, control.up
+    height_only = control.known == "height"
+    for _ in range(MAX_HEIGHT_ROUNDS):
+        free, weight = weights.at(up)
+        found = resect(
+            control.image,
+            control.image_covariance / sigma0**2,
+            frame.right_handed(place),
+            required(photo, "f_mm"),
+            ground_free=frame.right_handed_matrix(free) if free.any() else None,
+            ground_weight=frame.right_handed_matrix(weight) if free.any() else None,
+            start_mask=control.known == "XYZ",
+            approximate_station=_approximate_station(photo, frame),
+            tolerance=float(settings["tolerance"] or 0.0),
+            max_iterations=int(settings["max_iterations"] or 0),
+            names=control.points,
+            camera_above=None if photo["platform"] == "terrestrial" else np.array([0.0, 0.0, 1.0]),
+        )
+        if not height_only.any() or found.termination != "CONVERGED" or frame.origin is None:
+            return found
+        place, up, lift = _on_their_height(found, frame, ground, control, place, up)
+        if lift < HEIGHT_TOLERANCE_M:
+            return found
+    return found
+
+
+def _on_their_height(
+    found: Resection, frame: Frame, ground: Ground, control: Observations, place: Array, up: Array
+) -> tuple[Array, Array, float]:
+    """Height-only points moved to the given height over their adjusted plan position; and by how much they moved."""
+    index = np.flatnonzero(control.known == "height")
+    given = frame.geographic(place[index])[:, 2]
+    adjusted = frame.geographic(frame.right_handed(found.ground[index]))
+    moved, verticals = place.copy(), up.copy()
+    moved[index] = frame.from_geographic(adjusted[:, 0], adjusted[:, 1], given)
+    above = frame.from_geographic(adjusted[:, 0], adjusted[:, 1], given + 1.0)
+    verticals[index] = above - moved[index]
+    return moved, verticals, float(np.abs(adjusted[:, 2] - given).max())
+
+
+def _approximate_station(photo: Row, frame: Frame) -> Array | None:
+    """The approximate station in the right-handed frame, if the photo states one completely."""
+    geographic = columns([photo], "station_B_deg", "station_L_deg", "station_H_m")[0]
+    local = columns([photo], "station_X_m", "station_Y_m", "station_Z_m")[0]
+    if frame.origin is None:
+        return None if np.isnan(local).any() else frame.right_handed(local)
+    if np.isnan(geographic).any():
+        return None
+    latitude, longitude = geographic[:2] * RADIANS_PER_DEGREE
+    place = frame.from_geographic(np.array([latitude]), np.array([longitude]), geographic[2:])
+    return frame.right_handed(place[0])
+
+
+def _findings(found: Resection, frame: Frame) -> list[Event]:
+    """What a reader must know before the numbers."""
+    events = []
+    if found.undetermined:
+        message = f"not determined: {_in_stored_names(found.undetermined, frame)}"
+        events.append(Event("error", "singular", "", message, found.condition_ratio))
+    for first, second, correlation in found.weak:
+        if abs(correlation) > STRONG_CORRELATION:
+            subject = _in_stored_names(f"{first} and {second}", frame)
+            message = f"{subject} are correlated by {correlation:+.4f}: judge ground points, not these sigmas"
+            events.append(Event("info", "correlation", subject, message, correlation))
+    if found.redundancy == 0 and found.termination == "CONVERGED":
+        events.append(Event("warning", "no_redundancy", "", "no redundancy: the solution cannot be checked"))
+    if found.is_ambiguous:
+        others = sum(alternative.is_as_good for alternative in found.alternatives)
+        message = f"{others} other orientations fit as well; give an approximate station in photo.toml to choose"
+        events.append(Event("warning", "ambiguous", "", message, float(others)))
+    return events
+
+
+def _in_stored_names(text: str, frame: Frame) -> str:
+    """The solver's unknowns (X east, Y north) in the words of the stored frame."""
+    if frame.origin is None:
+        words = {"r_X": "the rotation about X", "r_Y": "the rotation about Y", "r_Z": "the rotation about Z"}
+    else:
+        words = {"r_X": "the tilt about grid east", "r_Y": "the tilt about grid north", "r_Z": "the turn about up"}
+    if frame.partner[0, 1]:
+        words |= {"X": "Y", "Y": "X", "X_S": "Y_S", "Y_S": "X_S"}
+    return SOLVER_NAME.sub(lambda match: words.get(match.group(), match.group()), text)
+
+
+def _hint(termination: str) -> str:
+    return {
+        "BEHIND_CAMERA": "Check signs and axes of the image coordinates and the order of the ground coordinates.",
+        "BELOW_GROUND": "X and Y of the ground may be exchanged, or handedness is wrong; see docs/conventions.md.",
+        "SINGULAR": "The control points do not determine the orientation; add points off their line or plane.",
+        "MAX_ITERATIONS": "Look at the iterations: orient sql PROJECT iterations",
+    }.get(termination, "Look at the iterations: orient sql PROJECT iterations")
+
+
+def _summary(found: Resection, sigma0: float) -> str:
+    if found.redundancy == 0:
+        return f"{len(found.iterations)} iterations, no redundancy"
+    posteriori = (found.vPv / found.redundancy) ** 0.5
+    return (
+        f"sigma0 {MICROMETRES * posteriori:.3g} um ({posteriori / sigma0:.2f} of a priori), "
+        f"r = {found.redundancy}, {len(found.iterations)} iterations"
+    )

@@ -1,0 +1,267 @@
+"""A resection's numbers as rows of the project file, in the frame of T'."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from orient.geometry.collinearity import project
+from orient.geometry.rotation import (
+    aok_by_rotation,
+    aok_from_matrix,
+    near_blind_aok,
+    near_blind_opk,
+    opk_by_rotation,
+    opk_from_matrix,
+    quaternion_from_matrix,
+    rotation_exp,
+)
+from orient.pipeline.frames import Frame
+from orient.pipeline.ground import Ground
+from orient.pipeline.tables import COVARIANCE_PARTS, UPPER_3, Array, or_none
+from orient.solvers.packed import pack_upper
+from orient.solvers.resection import IterationRecord, Resection
+from orient.units import DEGREES_PER_RADIAN, wrap_half_turn
+from orient.values import Row
+
+if TYPE_CHECKING:
+    from orient.pipeline.resection import Observations
+
+ANGLES_AOK = ("alpha", "omega", "kappa")
+ANGLES_OPK = ("omega", "phi", "kappa")
+ROTATIONS = ("rotation_1", "rotation_2", "rotation_3")
+STATION = ("X_S", "Y_S", "Z_S")
+QUATERNION = ("q_w", "q_x", "q_y", "q_z")
+Rows = list[dict[str, str | int | float | None]]
+
+
+def trace_tables(found: Resection, frame: Frame, points: Sequence[str]) -> Mapping[str, Sequence[Row]]:
+    """Iterations and equations: stored for a failure too."""
+    return {
+        "iteration": [_iteration_row(number, record) for number, record in enumerate(found.iterations, 1)],
+        "iteration_parameter": _parameter_rows(found, frame, points),
+        "equation": _equation_rows(found, frame, points),
+    }
+
+
+def result_tables(
+    found: Resection,
+    frame: Frame,
+    ground: Ground,
+    control: "Observations",
+    check: "Observations",
+    sigma0: float,
+    use_posteriori: bool,
+) -> Mapping[str, Sequence[Row]]:
+    """Orientation, angles, cofactors, residuals and adjusted ground points."""
+    scale = found.vPv / found.redundancy if use_posteriori else sigma0**2
+    return {
+        "orientation": [_orientation_row(found, frame, sigma0, scale, use_posteriori)],
+        "orientation_angle": _angle_rows(found, frame, ground, scale),
+        "cofactor": _cofactor_rows(found, frame),
+        "image_residual": [*_control_residuals(found, control), *_check_residuals(found, frame, check)],
+        "adjusted_point": _adjusted_rows(found, frame, control),
+    }
+
+
+def _orientation_row(found: Resection, frame: Frame, sigma0: float, scale: float, use_posteriori: bool) -> Row:
+    station = frame.right_handed(found.station)
+    return {
+        "frame": frame.kind,
+        **_named(("X_S_m", "Y_S_m", "Z_S_m"), station),
+        **_named(QUATERNION, quaternion_from_matrix(found.rotation)),
+        "f_mm": found.f_mm,
+        **_place_on_earth(station, frame),
+        "n_control": len(found.residuals),
+        "n_equations": found.n_equations,
+        "n_unknowns": found.n_unknowns,
+        "redundancy": found.redundancy,
+        "vPv": found.vPv,
+        "sigma0_apriori_mm": sigma0,
+        "sigma0_mm": (found.vPv / found.redundancy) ** 0.5 if found.redundancy else None,
+        "variance_scale": scale,
+        "variance_basis": "a posteriori" if use_posteriori else "a priori",
+        "condition_ratio": found.condition_ratio,
+        "iterations": len(found.iterations),
+        "termination": found.termination.value,
+    }
+
+
+def _place_on_earth(station: Array, frame: Frame) -> dict[str, float | None]:
+    keys = ("B_S_deg", "L_S_deg", "H_S_m", "X_G_m", "Y_G_m", "Z_G_m")
+    if frame.origin is None:
+        return dict.fromkeys(keys)
+    geographic = frame.geographic(station[None, :])
+    degrees = geographic[0] * [DEGREES_PER_RADIAN, DEGREES_PER_RADIAN, 1.0]
+    return {**_named(keys, np.concatenate([degrees, frame.geocentric(geographic)[0]]))}
+
+
+def _angle_rows(found: Resection, frame: Frame, ground: Ground, scale: float) -> Rows:
+    turns = {"ground": np.eye(3)}
+    if frame.origin is not None:
+        turns["geocentric"] = frame.geocentric_from_right_handed(ground)
+    return [row for name, turn in turns.items() for row in _triples(found, name, turn, scale)]
+
+
+def _triples(found: Resection, frame_name: str, turn: Array, scale: float) -> Rows:
+    """Both triples of the rotation seen from a frame; `turn` takes the solver's axes to that frame."""
+    rotation = turn @ found.rotation
+    rotational = turn @ found.Q[:3, :3] @ turn.T
+    systems = (
+        ("aok", ANGLES_AOK, aok_from_matrix, aok_by_rotation, near_blind_aok),
+        ("opk", ANGLES_OPK, opk_from_matrix, opk_by_rotation, near_blind_opk),
+    )
+    rows: Rows = []
+    for triple, angle_names, angles_of, jacobian_of, near_blind in systems:
+        blind = near_blind(rotation)
+        jacobian = jacobian_of(rotation)
+        sigmas = np.sqrt(scale * np.diag(jacobian @ rotational @ jacobian.T)) * DEGREES_PER_RADIAN
+        for name, value, sigma in zip(angle_names, angles_of(rotation), sigmas, strict=True):
+            rows.append(
+                {
+                    "triple": triple,
+                    "frame": frame_name,
+                    "angle": name,
+                    "value_deg": float(value) * DEGREES_PER_RADIAN,
+                    "sigma_deg": None if blind else or_none(float(sigma)),
+                    "near_blind": int(blind),
+                }
+            )
+    return rows
+
+
+def _cofactor_rows(found: Resection, frame: Frame) -> Rows:
+    to_stored = np.eye(6)
+    to_stored[3:, 3:] = frame.partner
+    rotation = to_stored @ found.Q @ to_stored.T
+    rows = _packed_rows("rotation", (*ROTATIONS, *STATION), rotation)
+    if near_blind_aok(found.rotation):
+        return rows
+    to_angles = np.eye(6)
+    to_angles[:3, :3] = aok_by_rotation(found.rotation)
+    return rows + _packed_rows("aok", (*ANGLES_AOK, *STATION), to_angles @ rotation @ to_angles.T)
+
+
+def _packed_rows(unknowns: str, unknown_names: Sequence[str], matrix: Array) -> Rows:
+    first, second = np.triu_indices(len(matrix))
+    return [
+        {
+            "unknowns": unknowns,
+            "IJ": position,
+            "i": int(i) + 1,
+            "j": int(j) + 1,
+            "unknown_i": unknown_names[int(i)],
+            "unknown_j": unknown_names[int(j)],
+            "value": float(value),
+        }
+        for position, (i, j, value) in enumerate(zip(first, second, pack_upper(matrix), strict=True), 1)
+    ]
+
+
+def _iteration_row(number: int, record: IterationRecord) -> Row:
+    return {
+        "iteration": number,
+        "vPv": float(record.vPv),
+        "max_scaled_step": float(record.max_scaled_step),
+        "damping": float(record.damping),
+        **_named(QUATERNION, quaternion_from_matrix(record.rotation)),
+    }
+
+
+def _parameter_rows(found: Resection, frame: Frame, points: Sequence[str]) -> Rows:
+    rows: Rows = []
+    for number, record in enumerate(found.iterations, 1):
+        before = aok_from_matrix(record.rotation)
+        after = aok_from_matrix(rotation_exp(record.correction_rotation) @ record.rotation)
+        steps = [wrap_half_turn(float(new - old)) for old, new in zip(before, after, strict=True)]
+        rows += _unknown_rows(number, "", ANGLES_AOK, "rad", before, np.array(steps))
+        station, step = frame.right_handed(record.station), frame.right_handed(record.correction_station)
+        rows += _unknown_rows(number, "", STATION, "m", station, step)
+        if record.ground is not None and record.correction_ground is not None:
+            places, moves = frame.right_handed(record.ground), frame.right_handed(record.correction_ground)
+            for point, place, move in zip(points, places, moves, strict=True):
+                rows += _unknown_rows(number, point, ("X", "Y", "Z"), "m", place, move)
+    return rows
+
+
+def _unknown_rows(
+    iteration: int, point: str, unknowns: Sequence[str], unit: str, approximations: Array, corrections: Array
+) -> Rows:
+    return [
+        {
+            "iteration": iteration,
+            "point": point,
+            "unknown": unknown,
+            "unit": unit,
+            "approximation": float(approximation),
+            "correction": float(correction),
+        }
+        for unknown, approximation, correction in zip(unknowns, approximations, corrections, strict=True)
+    ]
+
+
+def _equation_rows(found: Resection, frame: Frame, points: Sequence[str]) -> Rows:
+    coefficients = np.array(found.equations, copy=True)
+    coefficients[:, :, 3:6] = frame.right_handed(found.equations[:, :, 3:6])
+    coefficients[:, :, 6:9] = frame.right_handed(found.equations[:, :, 6:9])
+    keys = [f"a{number}" for number in range(1, 10)]
+    return [
+        {"point": point, "axis": axis, **_named(keys, coefficients[i, j]), "l_mm": float(found.free_terms[i, j])}
+        for i, point in enumerate(points)
+        for j, axis in enumerate("xy")
+    ]
+
+
+def _control_residuals(found: Resection, control: "Observations") -> Rows:
+    return [
+        {
+            "point": point,
+            "role": "control",
+            **_named(("x_mm", "y_mm"), control.image[index]),
+            **_named(("vx_mm", "vy_mm"), found.residuals[index]),
+            **_named(("redundancy_x", "redundancy_y"), found.redundancy_numbers[index]),
+            "depth_m": -float(found.zs[index]),
+        }
+        for index, point in enumerate(control.points)
+    ]
+
+
+def _check_residuals(found: Resection, frame: Frame, check: "Observations") -> Rows:
+    """Computed minus measured at the check points; partly given ones cannot be compared."""
+    full = [index for index, known in enumerate(check.known) if known == "XYZ"]
+    if not full:
+        return []
+    computed, zs = project(frame.right_handed(check.ground[full]), found.station, found.rotation, found.f_mm)
+    return [
+        {
+            "point": check.points[index],
+            "role": "check",
+            **_named(("x_mm", "y_mm"), check.image[index]),
+            **_named(("vx_mm", "vy_mm"), computed[row] - check.image[index]),
+            "redundancy_x": None,
+            "redundancy_y": None,
+            "depth_m": -float(zs[row]),
+        }
+        for row, index in enumerate(full)
+    ]
+
+
+def _adjusted_rows(found: Resection, frame: Frame, control: "Observations") -> Rows:
+    if found.iterations[-1].ground is None:
+        return []
+    place, cofactor = frame.right_handed(found.ground), frame.right_handed_matrix(found.ground_cofactors)
+    moved = place - control.ground
+    keys = [f"q_{part}" for part in COVARIANCE_PARTS]
+    return [
+        {
+            "point": point,
+            **_named(("X_m", "Y_m", "Z_m"), place[index]),
+            **_named(("dX_m", "dY_m", "dZ_m"), moved[index]),
+            **_named(keys, cofactor[index][UPPER_3]),
+        }
+        for index, point in enumerate(control.points)
+    ]
+
+
+def _named(keys: Sequence[str], values: Array) -> dict[str, float]:
+    return dict(zip(keys, (float(value) for value in values), strict=True))

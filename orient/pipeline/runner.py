@@ -1,0 +1,222 @@
+"""The runner: reads the heads, computes a stage outside any transaction, appends the result. The only writer."""
+
+import getpass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from orient.errors import OrientError, UsageError
+from orient.pipeline.registry import BY_NAME, STAGES, Stage
+from orient.store.digest import input_digest, output_digest
+from orient.store.project import NewRun, Project, RunInfo, create_project, open_project
+from orient.values import Event, InputTables, Outcome, Settings, Tables
+
+INPUT_STAGE_VERSION = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What came of asking for a stage. `run` is None when there was nothing to do with (`waits_for`)."""
+
+    stage: str
+    run: RunInfo | None
+    computed: bool
+    events: Sequence[Event] = ()
+    waits_for: str = ""
+    hint: str = ""
+
+    @property
+    def failed(self) -> bool:
+        return self.run is not None and self.run.status == "failed"
+
+
+def create(path: Path, inputs: Sequence[InputTables], reason: str) -> None:
+    """A new project with version 1 of every input, in one step: the file appears whole or not at all."""
+
+    def fill(project: Project) -> None:
+        project.append_all([_input_run(given, reason) for given in inputs])
+
+    create_project(path, fill)
+
+
+def add_input(path: Path, given: InputTables, reason: str, again: bool = False) -> Result:
+    """Append a new version of one input; the same list twice is noticed and not stored again."""
+    with open_project(path, "write") as project:
+        new = _input_run(given, reason)
+        head = project.heads().get(given.stage)
+        if head and not again and head.output_digest == output_digest(given.tables, given.events):
+            return Result(given.stage, head, computed=False, events=project.events(head.run_id))
+        return Result(given.stage, project.append(new), computed=True, events=given.events)
+
+
+def photo_facts(path: Path) -> Mapping[str, object] | None:
+    """The current photo's row and the names of its fiducial marks, for checks of new lists; None without a photo."""
+    with open_project(path, "read") as project:
+        head = project.heads().get("photo")
+        if head is None:
+            return None
+        tables = project.read_tables(head.run_id)
+    return {**tables["photo"][0], "fiducials": [row["mark"] for row in tables.get("fiducial_mark", ())]}
+
+
+def run_stage(path: Path, name: str, settings: Settings, reason: str, again: bool = False) -> Result:
+    """Compute one stage from the current versions of its inputs."""
+    with open_project(path, "write") as project:
+        stage = BY_NAME[name]
+        missing = stage.missing(set(project.heads()))
+        if missing:
+            raise OrientError(f"{name} waits for {missing}", _how_to_get(missing))
+        stale = _stale_inputs(project, stage)
+        if stale:
+            raise OrientError(f"{name} would read {', '.join(stale)}, which is stale", "Run: orient run")
+        return _run(project, stage, settings, reason, again)
+
+
+def run_stale(
+    path: Path, overrides: Settings, reason: str, begin: Callable[[Stage], None], end: Callable[[Result], None]
+) -> list[Result]:
+    """Compute every stage that is missing or stale, in order; a failure stops the stages that need it."""
+    results: list[Result] = []
+    broken: set[str] = set()
+    with open_project(path, "write") as project:
+        for stage in STAGES:
+            result = _next_result(project, stage, overrides, reason, broken, begin)
+            if result.failed or result.waits_for:
+                broken.add(stage.name)
+            results.append(result)
+            end(result)
+    return results
+
+
+def select_version(path: Path, stage: str, version: int, reason: str) -> RunInfo:
+    """Make another version of a stage current (undo is a new selection)."""
+    with open_project(path, "write") as project:
+        project.select(stage, version, current_user(), reason)
+        return project.heads()[stage]
+
+
+def current_user() -> str:
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):
+        return "unknown"
+
+
+def _next_result(
+    project: Project, stage: Stage, overrides: Settings, reason: str, broken: set[str], begin: Callable[[Stage], None]
+) -> Result:
+    failed_before = [name for name in stage.inputs if name in broken and name in stage.required]
+    missing = ", ".join(failed_before) or stage.missing(set(project.heads()) - broken)
+    if missing:
+        return Result(stage.name, None, computed=False, waits_for=missing)
+    begin(stage)
+    own = {key: value for key, value in overrides.items() if key in stage.settings}
+    return _run(project, stage, own, reason, again=False)
+
+
+def _run(project: Project, stage: Stage, settings: Settings, reason: str, again: bool) -> Result:
+    heads = project.heads()
+    inputs = {name: heads[name] for name in stage.inputs if name in heads}
+    full = _full_settings(stage, heads.get(stage.name), settings)
+    digest = input_digest(stage.name, stage.version, full, {name: run.output_digest for name, run in inputs.items()})
+    known = None if again else project.find_run_by_digest(stage.name, digest)
+    if known is not None:
+        return _reuse(project, stage, known, reason)
+    outcome, hint = _compute(stage, {name: project.read_tables(run.run_id) for name, run in inputs.items()}, full)
+    new = NewRun(
+        stage=stage.name,
+        stage_version=stage.version,
+        settings=full,
+        inputs={name: run.run_id for name, run in inputs.items()},
+        input_digest=digest,
+        expected_heads={name: heads[name].run_id if name in heads else None for name in stage.inputs},
+        actor=current_user(),
+        reason=reason,
+        outcome=outcome,
+        select=True,
+    )
+    return Result(stage.name, project.append(new), computed=True, events=outcome.events, hint=hint)
+
+
+def _reuse(project: Project, stage: Stage, known: RunInfo, reason: str) -> Result:
+    """The same inputs and settings were computed before: make that version current instead of repeating it."""
+    head = project.heads().get(stage.name)
+    if head is None or head.run_id != known.run_id:
+        project.select(stage.name, known.version, current_user(), reason)
+    return Result(stage.name, known, computed=False, events=project.events(known.run_id))
+
+
+def _compute(stage: Stage, inputs: Mapping[str, Tables], settings: Settings) -> tuple[Outcome, str]:
+    try:
+        outcome = stage.compute(inputs, settings)
+    except OrientError as error:
+        failure = Event("error", "refused", "", error.message)
+        return Outcome({}, (failure,), summary="", error=error.message), error.hint
+    return outcome, outcome.hint
+
+
+def _full_settings(stage: Stage, head: RunInfo | None, given: Settings) -> Settings:
+    """Defaults, then what the current version was made with, then what the user says now."""
+    unknown = set(given) - set(stage.settings)
+    if unknown:
+        raise UsageError(f"{stage.name} has no setting {', '.join(sorted(unknown))}")
+    kept = {key: value for key, value in (head.settings if head else {}).items() if key in stage.settings}
+    return {**stage.settings, **kept, **given}
+
+
+def _input_run(given: InputTables, reason: str) -> NewRun:
+    settings = {"files": ", ".join(given.files)}
+    content = output_digest(given.tables, given.events)
+    return NewRun(
+        stage=given.stage,
+        stage_version=INPUT_STAGE_VERSION,
+        settings=settings,
+        inputs={},
+        input_digest=input_digest(given.stage, INPUT_STAGE_VERSION, settings, {"content": content}),
+        expected_heads={},
+        actor=current_user(),
+        reason=reason,
+        outcome=Outcome(given.tables, given.events, summary=describe(given)),
+        select=True,
+    )
+
+
+def describe(given: InputTables) -> str:
+    """An imported list in one line."""
+    counts = {table: len(rows) for table, rows in given.tables.items()}
+    if given.stage == "photo":
+        photo = given.tables["photo"][0]
+        marks = _counted(counts.get("fiducial_mark", 0), "fiducial mark")
+        return f"{photo['name']}, {photo['platform']}, f {photo['f_mm']} mm, {marks}"
+    if given.stage == "readings":
+        rows = given.tables["comparator_reading"]
+        kinds = [kind for kind, _ in {(str(row["kind"]), row["point"]) for row in rows}]
+        marks = f" and {_counted(kinds.count('fiducial'), 'fiducial mark')}" if "fiducial" in kinds else ""
+        cycles = _counted(len({row["cycle"] for row in rows}), "cycle")
+        return f"{_counted(len(rows), 'reading')} of {_counted(kinds.count('point'), 'point')}{marks} in {cycles}"
+    if given.stage == "sheet":
+        crosses = _counted(counts["graticule_cross"], "cross", "crosses")
+        read = _counted(counts.get("digitizer_reading", 0), "reading")
+        return f"{_counted(counts['map_sheet'], 'sheet')}, {crosses}, {read} of points"
+    if given.stage == "control":
+        roles = [row["role"] for row in given.tables["control_point"]]
+        control, check = roles.count("control"), roles.count("check")
+        return f"{_counted(control, 'control point')}, {_counted(check, 'check point')}"
+    return _counted(counts["model_point"], "model point")
+
+
+def _counted(number: int, thing: str, many: str = "") -> str:
+    return f"{number} {thing if number == 1 else many or thing + 's'}"
+
+
+def _stale_inputs(project: Project, stage: Stage) -> list[str]:
+    _, rows = project.query("SELECT stage FROM v_stale WHERE is_stale = 1")
+    stale = {row[0] for row in rows}
+    return [name for name in stage.inputs if name in stale and name in project.heads()]
+
+
+def _how_to_get(missing: str) -> str:
+    first = missing.split(", ")[0].split(" or ")[0]
+    if first in BY_NAME:
+        return "Run: orient run"
+    return f"Add it with: orient add PROJECT {first} FILE -m why"

@@ -1,0 +1,77 @@
+"""Rows of the project file to arrays and back; the one place where None becomes NaN and NumPy scalars become floats."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orient.errors import OrientError
+from orient.values import Row, Tables
+
+Array = NDArray[np.float64]
+COVARIANCE_PARTS = ("XX", "XY", "XZ", "YY", "YZ", "ZZ")
+UPPER_3 = np.triu_indices(3)
+
+
+def columns(rows: Sequence[Row], *names: str) -> Array:
+    """The named columns as an (n, k) array; NULL becomes NaN."""
+    values = [[np.nan if row[name] is None else row[name] for name in names] for row in rows]
+    return np.array(values, dtype=np.float64).reshape(len(rows), len(names))
+
+
+def names(rows: Sequence[Row], column: str = "point") -> list[str]:
+    return [str(row[column]) for row in rows]
+
+
+def single(tables: Tables, table: str) -> Row:
+    """The only row of a table that has one row per run."""
+    rows = tables.get(table, ())
+    if len(rows) != 1:
+        raise OrientError(f"{table} holds {len(rows)} rows where one was expected")
+    return rows[0]
+
+
+def number(row: Row, name: str) -> float | None:
+    value = row[name]
+    return None if value is None else float(value)
+
+
+def required(row: Row, name: str) -> float:
+    value = number(row, name)
+    if value is None:
+        raise OrientError(f"{name} is missing")
+    return value
+
+
+def or_none(value: float | None) -> float | None:
+    """A finite float, or None for what is not known."""
+    return None if value is None or not np.isfinite(value) else float(value)
+
+
+def covariances(rows: Sequence[Row], prefix: str = "cov_", suffix: str = "_m2") -> Array:
+    """(n, 3, 3) covariances from their six columns; rows without one are NaN."""
+    packed = columns(rows, *(f"{prefix}{part}{suffix}" for part in COVARIANCE_PARTS))
+    full = np.empty((len(rows), 3, 3))
+    full[:, UPPER_3[0], UPPER_3[1]] = packed
+    full[:, UPPER_3[1], UPPER_3[0]] = packed
+    return full
+
+
+def covariance_columns(matrix: Array | None, prefix: str = "cov_", suffix: str = "_m2") -> dict[str, float | None]:
+    """The six columns of a 3 x 3 covariance; None stands for a point taken as known."""
+    packed: Iterable[float | None] = [None] * 6 if matrix is None else matrix[UPPER_3]
+    return {f"{prefix}{part}{suffix}": or_none(value) for part, value in zip(COVARIANCE_PARTS, packed, strict=True)}
+
+
+def group(rows: Sequence[Row], column: str) -> dict[str, list[Row]]:
+    """Rows by the value of a column, in order of appearance."""
+    groups: dict[str, list[Row]] = {}
+    for row in rows:
+        groups.setdefault(str(row[column]), []).append(row)
+    return groups
+
+
+def floats(row: Mapping[str, Any]) -> dict[str, Any]:
+    """A row whose NumPy scalars are plain Python numbers."""
+    return {key: value.item() if isinstance(value, np.generic) else value for key, value in row.items()}

@@ -1,0 +1,97 @@
+"""Ready-made questions to a project file, and answers as table, CSV or JSON."""
+
+import csv
+import json
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from orient.errors import UsageError
+from orient.report.text import answer_table, console, table
+from orient.values import Scalar
+
+MAX_TABLE_ROWS = 100_000
+FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """A question with a plain name, in SQL over the shipped views."""
+
+    name: str
+    asks: str
+    sql: str
+
+
+def _current(view: str) -> str:
+    return f"SELECT * FROM {view} WHERE is_current"
+
+
+QUESTIONS = (
+    Question("orientation", "The elements with their standard deviations?", _current("v_orientation")),
+    Question(
+        "iterations",
+        "Approximation and correction of each element in each iteration?",
+        "SELECT iteration, unknown, unit, approximation, correction, adjusted FROM v_iteration "
+        "WHERE is_current AND point = ''",
+    ),
+    Question(
+        "residuals",
+        "Image residuals, the largest first?",
+        "SELECT point, role, vx_mm, vy_mm, redundancy_x, redundancy_y FROM v_residual WHERE is_current "
+        "ORDER BY vx_mm * vx_mm + vy_mm * vy_mm DESC",
+    ),
+    Question("ground-accuracy", "How sure is a ground point read on the photo?", _current("v_ground_accuracy")),
+    Question("error-budget", "Where does the ground error of each point come from?", _current("v_error_budget")),
+    Question("corrections", "What was corrected on each image point?", _current("v_correction")),
+    Question("fiducials", "Residuals at the fiducial marks?", _current("v_fiducial_residual")),
+    Question("crosses", "Residuals of the map's crosses?", _current("v_cross_residual")),
+    Question("control", "The points on the ground and where they come from?", _current("v_control")),
+    Question("current", "Which version of each stage is current?", "SELECT * FROM v_current"),
+    Question("stale", "What is stale, and why?", "SELECT * FROM v_stale WHERE is_stale"),
+    Question("audit", "Who did what, when and why?", "SELECT * FROM v_audit"),
+    Question("events", "All remarks, warnings and errors?", "SELECT * FROM v_event"),
+)
+BY_NAME = {question.name: question for question in QUESTIONS}
+
+
+def list_questions() -> None:
+    """Names and texts of the questions."""
+    rows = [[question.name, question.asks] for question in QUESTIONS]
+    console().print(table(["name", "question"], rows, [False, False]))
+    console().print('Ask one by its name, or write SQL: orient sql PROJECT "SELECT * FROM v_residual"')
+
+
+def answer(path: Path, question: str, as_csv: bool, as_json: bool, raw: bool) -> None:
+    """The answer to a named question or to SQL."""
+    from orient.store.project import open_project
+
+    if as_csv and as_json:
+        raise UsageError("--csv and --json exclude each other")
+    sql = BY_NAME[question].sql if question in BY_NAME else question
+    if " " not in sql.strip():
+        raise UsageError(f'there is no question "{question}"', f"Questions are {', '.join(BY_NAME)}.")
+    with open_project(path, "read") as project:
+        columns, rows = project.query(sql)
+    if as_json:
+        print(json.dumps([dict(zip(columns, row, strict=True)) for row in rows], indent=2, allow_nan=False))
+    elif as_csv:
+        _write_csv(columns, rows, raw)
+    elif not rows:
+        console().print("no rows")
+    else:
+        console().print(answer_table(columns, rows[:MAX_TABLE_ROWS]))
+
+
+def _write_csv(columns: Sequence[str], rows: Sequence[Sequence[Scalar]], raw: bool) -> None:
+    """RFC 4180; numbers in the shortest form that reads back to the same value."""
+    writer = csv.writer(sys.stdout, lineterminator="\r\n")
+    writer.writerow(columns)
+    for row in rows:
+        writer.writerow([value if raw else _guarded(value) for value in row])
+
+
+def _guarded(value: Scalar) -> Scalar:
+    """A spreadsheet must not take a name for a formula."""
+    return f"'{value}" if isinstance(value, str) and value.startswith(FORMULA_STARTS) else value

@@ -1,0 +1,123 @@
+"""What a command says after it stored or computed something."""
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+from orient.errors import OrientError
+from orient.pipeline.registry import is_optional
+from orient.report.text import console, one_line, printable
+from orient.values import Event, InputTables
+
+if TYPE_CHECKING:
+    from rich.progress import TaskID
+
+    from orient.pipeline.registry import Stage
+    from orient.pipeline.runner import Result
+    from orient.store.project import RunInfo
+
+MARKS = {"info": "note", "warning": "warning", "error": "error"}
+SHOWN_EVENTS = 12
+
+
+def show_inputs(project: Path, inputs: Sequence[InputTables]) -> None:
+    """After `new`: what was read."""
+    from orient.pipeline.runner import describe
+
+    out = console()
+    out.print(f"{printable(str(project))} made.")
+    for given in inputs:
+        out.print(f"  {given.stage:<12} version 1   {describe(given)}")
+        print_events(given.events)
+    out.print(f"Next: orient run {printable(str(project))}")
+
+
+def show_added(result: "Result") -> None:
+    if result.run is None:
+        return
+    if not result.computed:
+        console().print(f"{result.stage}: the same as version {result.run.version}; nothing stored (--again stores it)")
+        return
+    console().print(f"{result.stage} version {result.run.version}: {printable(result.run.summary)}")
+    print_events(result.events)
+
+
+def show_selected(run: "RunInfo") -> None:
+    console().print(f"{run.stage}: version {run.version} is current now; what read another version is stale.")
+
+
+def show_result(result: "Result", project: Path) -> None:
+    """After one stage: its line, its findings; a failure ends the command with exit code 1."""
+    run = result.run
+    if run is None:
+        raise OrientError(f"{result.stage} waits for {result.waits_for}")
+    if result.failed:
+        print_events([event for event in result.events if event.code != "refused"])
+        raise OrientError(f"{result.stage}: {run.error} (kept as version {run.version})", result.hint)
+    console().print(line(result))
+    print_events(result.events)
+    console().print(f"See: orient show {printable(str(project))} {result.stage}")
+
+
+def line(result: "Result") -> str:
+    """One line for one stage."""
+    if result.run is None:
+        return f"{result.stage:<12} waits for {result.waits_for}"
+    how = "" if result.computed else "  (unchanged)"
+    told = result.run.error if result.failed else result.run.summary
+    return f"{result.stage:<12} version {result.run.version:<3} {printable(told)}{how}"
+
+
+def print_events(events: Sequence[Event], indent: str = "    ") -> None:
+    """Findings, the grave ones first."""
+    order = {"error": 0, "warning": 1, "info": 2}
+    ranked = sorted(events, key=lambda event: order[event.severity])
+    for event in ranked[:SHOWN_EVENTS]:
+        console().print(f"{indent}{MARKS[event.severity]}: {one_line(event.message)}", soft_wrap=True)
+    if len(ranked) > SHOWN_EVENTS:
+        console().print(f"{indent}... and {len(ranked) - SHOWN_EVENTS} more: orient sql PROJECT events")
+
+
+class Progress:
+    """The display of `run`: a moving line on a terminal, one finished line per stage everywhere."""
+
+    def __init__(self) -> None:
+        from rich.progress import Progress as Bar
+        from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
+
+        self._out = console()
+        columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+        self._bar = Bar(*columns, console=self._out, transient=True, disable=not sys.stdout.isatty())
+        self._task: TaskID | None = None
+
+    def __enter__(self) -> Self:
+        self._bar.start()
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self._bar.stop()
+
+    def begin(self, stage: "Stage") -> None:
+        if self._task is not None:
+            self._bar.remove_task(self._task)
+        self._task = self._bar.add_task(f"{stage.name}: {stage.title}")
+
+    def end(self, result: "Result") -> None:
+        if result.waits_for and is_optional(result.stage):
+            return
+        self._out.print(line(result))
+        if result.computed:
+            print_events([event for event in result.events if event.code != "refused"])
+
+    def close_with(self, results: "Sequence[Result]", project: Path) -> None:
+        """The last words, and exit code 1 if a stage failed."""
+        failures = [result for result in results if result.failed]
+        if failures:
+            first = failures[0]
+            error = first.run.error if first.run else ""
+            raise OrientError(f"{first.stage}: {error}", first.hint)
+        if all(result.run is None for result in results):
+            raise OrientError("nothing can be computed yet", f"See what is missing: orient status {project}")
+        if not any(result.computed for result in results):
+            self._out.print("Everything is up to date.")

@@ -1,0 +1,78 @@
+"""Which tables and columns `show` prints for each stage; headers are the column names, which carry the unit."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """One table of a stage: its title, where it is, and columns with their decimals (None: as it is)."""
+
+    title: str
+    source: str
+    columns: tuple[tuple[str, int | None], ...]
+
+
+def _section(title: str, source: str, columns: str) -> Section:
+    """Columns as words; `x_mm.4` is shown with four decimals."""
+    parts = [word.partition(".") for word in columns.split()]
+    return Section(title, source, tuple((name, int(decimals) if decimals else None) for name, _, decimals in parts))
+
+
+SECTIONS: Mapping[str, tuple[Section, ...]] = {
+    "photo": (_section("Fiducial marks", "fiducial_mark", "mark x_mm.3 y_mm.3"),),
+    "readings": (
+        _section("Readings", "comparator_reading", "point kind cycle x_mm.4 y_mm.4 col_px.3 row_px.3 sigma.4"),
+    ),
+    "sheet": (
+        _section("Sheets", "map_sheet", "sheet title crs degree sigma_mm.3"),
+        _section("Crosses", "graticule_cross", "sheet cross role X_mm.3 Y_mm.3 B_deg.6 L_deg.6 E_m.1 N_m.1"),
+    ),
+    "control": (
+        _section(
+            "Control and check points",
+            "control_point",
+            "point role kind B_deg.6 L_deg.6 E_m.3 N_m.3 H_m.2 X_m.3 Y_m.3 Z_m.3",
+        ),
+    ),
+    "model": (_section("Model points", "model_point", "zone point x.6 y.6 z.6"),),
+    "refine": (
+        _section("Interior orientation", "interior_orientation", "transformation n_marks redundancy sigma0_mm.5"),
+        _section("Fiducial marks: transformed minus calibrated", "fiducial_residual", "mark vx_mm.4 vy_mm.4"),
+        _section(
+            "Image points and their corrections",
+            "image_point",
+            "point n_cycles x_mm.5 y_mm.5 dx_distortion_mm.5 dy_distortion_mm.5 dx_refraction_mm.5 dy_refraction_mm.5",
+        ),
+    ),
+    "digitize": (
+        _section(
+            "Sheets",
+            "sheet_transform",
+            "sheet degree degree_chosen_by n_crosses redundancy sigma0_N_m.2 sigma0_E_m.2",
+        ),
+        _section(
+            "Crosses: polynomial minus given",
+            "cross_residual",
+            "sheet cross role v_N_m.2 v_E_m.2 redundancy_number.2 probability.5 is_suspect",
+        ),
+        _section(
+            "Digitised points", "digitized_point", "sheet point n_cycles B_deg.6 L_deg.6 N_m.2 E_m.2 H_m.1 sigma_H_m.1"
+        ),
+    ),
+    "bl": (
+        _section("Coordinate operation", "crs_operation", "source name accuracy_m.2 grids is_ballpark"),
+        _section("Points", "geographic_point", "point role source weighting B_deg.7 L_deg.7 H_m.2 X_m.3 Y_m.3 Z_m.3"),
+    ),
+    "topocentric": (
+        _section("Frame", "topocentric_frame", "kind B_N_deg.6 L_N_deg.6 H_N_m.1 gamma_deg.6"),
+        _section("Points in T'", "topocentric_point", "point role weighting known X_m.3 Y_m.3 Z_m.3"),
+    ),
+    "covariance": (
+        _section(
+            "Ground points: where the ray meets the height; dX, dY = ray minus map, with the map's own error in them",
+            "ground_covariance",
+            "point role dX_m.3 dY_m.3 sigma_X_m.3 sigma_Y_m.3 ellipse_a_m.3 ellipse_b_m.3 ellipse_azimuth_deg.1",
+        ),
+    ),
+}

@@ -1,0 +1,74 @@
+"""`status` and `log`. Both must start fast: nothing here imports NumPy, Alembic or the models."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from orient.pipeline.registry import ALL_STAGES, BY_NAME
+from orient.report.text import cell, console, printable, table
+from orient.store.project import open_project
+
+if TYPE_CHECKING:
+    from orient.store.project import Project
+
+STATUS = "SELECT stage, version, is_stale, why FROM v_stale"
+CURRENT = "SELECT stage, version, status, selected_at, actor, summary FROM v_current"
+LOG = "SELECT at, actor, action, stage, version, status, reason, summary FROM v_audit"
+
+
+def show_status(path: Path, as_json: bool) -> None:
+    with open_project(path, "read") as project, project.snapshot():
+        stale = {row[0]: (bool(row[2]), row[3]) for row in project.query(STATUS)[1]}
+        current = {row[0]: row for row in project.query(CURRENT)[1]}
+        failed = _last_failures(project)
+        warnings = project.warnings
+    stages = [_stage_status(name, current, stale, failed) for name in ALL_STAGES]
+    known = [entry for entry in stages if entry["state"] != "absent"]
+    if as_json:
+        print(json.dumps({"project": str(path), "stages": known}, indent=2, allow_nan=False))
+        return
+    out = console()
+    out.print(f"{printable(str(path))}")
+    rows = [[cell(entry[key]) for key in ("stage", "version", "state", "told")] for entry in known]  # type: ignore[arg-type]
+    out.print(table(["stage", "version", "state", "result"], rows, [False, True, False, False]))
+    for warning in warnings:
+        out.print(f"note: {printable(warning)}")
+    if any(entry["state"] in ("stale", "to compute") for entry in known):
+        out.print(f"Next: orient run {printable(str(path))}")
+
+
+def _stage_status(
+    name: str,
+    current: dict[str, tuple[object, ...]],
+    stale: dict[str, tuple[bool, str]],
+    failed: dict[str, tuple[int, str]],
+) -> dict[str, object]:
+    entry: dict[str, object] = {"stage": name, "version": None, "state": "absent", "told": ""}
+    if name in current:
+        _, version, _, _, _, summary = current[name]
+        entry.update(version=version, state="current", told=summary)
+    is_stale, why = stale.get(name, (False, ""))
+    if is_stale:
+        entry.update(state="stale" if name in current else "to compute", told=why)
+    elif name not in current and name in BY_NAME:
+        missing = BY_NAME[name].missing(set(current))
+        entry.update(state="waiting", told=f"waits for {missing}")
+    if name in failed and (name not in current or failed[name][0] > int(str(current[name][1]))):
+        entry.update(state="failed", told=failed[name][1])
+    return entry
+
+
+def _last_failures(project: "Project") -> dict[str, tuple[int, str]]:
+    """The last run of each stage, where it failed: version and error."""
+    last = {run.stage: run for run in project.runs()}
+    return {stage: (run.version, run.error) for stage, run in last.items() if run.status == "failed"}
+
+
+def show_log(path: Path, as_json: bool) -> None:
+    with open_project(path, "read") as project:
+        columns, rows = project.query(LOG)
+    if as_json:
+        print(json.dumps([dict(zip(columns, row, strict=True)) for row in rows], indent=2, allow_nan=False))
+        return
+    shown = [[cell(value) for value in row] for row in rows]
+    console().print(table(list(columns), shown, [column == "version" for column in columns]))

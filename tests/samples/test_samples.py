@@ -1,0 +1,102 @@
+"""Every sample project, run as a user runs it, against its published, reproduced or true values."""
+
+import json
+import math
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+
+from orient.intake.options import ReadOptions
+from orient.intake.project_folder import read_input, read_project
+from orient.pipeline.runner import add_input, create, photo_facts, run_stage, run_stale
+from orient.store.project import open_project
+from tests.samples.quantities import Lookup
+
+SAMPLES = Path(__file__).parents[2] / "sample_projects"
+OPTIONS = ReadOptions()
+
+
+@dataclass(frozen=True)
+class Case:
+    """A sample folder, the list of its expectations, and what is done after the first run."""
+
+    name: str
+    expected: str = "expected.json"
+    then: Callable[[Path], None] = field(default=lambda path: None)
+
+    @property
+    def id(self) -> str:
+        return f"{self.name}-{self.expected.removesuffix('.json')}"
+
+
+def add_list(stage: str, *names: str) -> Callable[[Path], None]:
+    def add(path: Path) -> None:
+        files = [SAMPLES / name for name in names]
+        add_input(path, read_input(stage, files, OPTIONS, photo_facts(path)), "the second list of the sample")
+        run_all(path)
+
+    return add
+
+
+def run_all(path: Path) -> None:
+    results = run_stale(path, {}, "test", lambda stage: None, lambda result: None)
+    assert [result.run.error for result in results if result.failed and result.run] == []
+
+
+CASES = (
+    Case("apollo15-metric-0585"),
+    Case(
+        "apollo15-metric-0585",
+        "expected_apriori.json",
+        add_list("control", "apollo15-metric-0585/control_apriori.csv", "apollo15-metric-0585/control.toml"),
+    ),
+    Case("strasbourg-sxb-8937"),
+    Case("calgary-27"),
+    Case("calgary-28"),
+    Case("n37-map-graticule"),
+    Case(
+        "n37-map-graticule",
+        "expected_all.json",
+        add_list("sheet", *(f"n37-map-graticule/{name}" for name in ("crosses_all.csv", "digitizer.csv", "sheet.toml"))),
+    ),
+    Case("simulated-space-krasovsky"),
+)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.id)
+def test_sample_meets_its_expected_values(case: Case, tmp_path: Path) -> None:
+    path = tmp_path / "photo.sqlite"
+    create(path, read_project(SAMPLES / case.name, OPTIONS), "test")
+    run_all(path)
+    case.then(path)
+    with open_project(path, "read") as project:
+        lookup = Lookup(project)
+    misses = []
+    for entry in json.loads((SAMPLES / case.name / case.expected).read_text("utf-8")):
+        found = lookup(entry["stage"], entry["quantity"])
+        if not math.isclose(found, entry["value"], rel_tol=1e-15, abs_tol=entry["tolerance"]):
+            misses.append(f"{entry['quantity']}: {found!r}, expected {entry['value']} +- {entry['tolerance']}")
+    assert misses == []
+
+
+def test_every_sample_is_run() -> None:
+    folders = {path.parent.name for path in SAMPLES.glob("*/photo.toml")}
+    assert folders == {case.name for case in CASES}
+
+
+@pytest.mark.parametrize("folder", sorted(SAMPLES.glob("*/photo.toml")), ids=lambda path: path.parent.name)
+def test_sample_tells_its_source_and_licence(folder: Path) -> None:
+    text = (folder.parent / "README.md").read_text("utf-8").lower()
+    assert "source" in text
+    assert "licen" in text
+
+
+def test_samples_work_from_a_copy_elsewhere(tmp_path: Path) -> None:
+    shutil.copytree(SAMPLES / "strasbourg-sxb-8937", tmp_path / "copy")
+    path = tmp_path / "photo.sqlite"
+    create(path, read_project(tmp_path / "copy", OPTIONS), "test")
+    run_all(path)
+    assert run_stage(path, "resection", {}, "again").computed is False
