@@ -107,7 +107,7 @@ def _unused(here: Mapping[str, Row], there: Mapping[str, Row], code: str, messag
     alone = [point for point in here if point not in there]
     if not alone:
         return []
-    more = f" and {len(alone) - NAMED}" if len(alone) > NAMED else ""
+    more = f" and {len(alone) - NAMED} more" if len(alone) > NAMED else ""
     listed = ", ".join(alone[:NAMED]) + more
     return [Event("warning", code, listed, f"{len(alone)} points {message}: {listed}", float(len(alone)))]
 

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from orient.pipeline.registry import ALL_STAGES, BY_NAME
+from orient.pipeline.registry import ALL_STAGES, BY_NAME, is_optional
 from orient.report.text import cell, console, printable, table
 from orient.store.project import open_project
 
@@ -23,7 +23,7 @@ def show_status(path: Path, as_json: bool) -> None:
         failed = _last_failures(project)
         warnings = project.warnings
     stages = [_stage_status(name, current, stale, failed) for name in ALL_STAGES]
-    known = [entry for entry in stages if entry["state"] != "absent"]
+    known = [entry for entry in stages if entry["state"] != "absent" and not _can_be_left_out(entry)]
     if as_json:
         print(json.dumps({"project": str(path), "stages": known}, indent=2, allow_nan=False))
         return
@@ -56,6 +56,10 @@ def _stage_status(
     if name in failed and (name not in current or failed[name][0] > int(str(current[name][1]))):
         entry.update(state="failed", told=failed[name][1])
     return entry
+
+
+def _can_be_left_out(entry: dict[str, object]) -> bool:
+    return entry["state"] == "waiting" and is_optional(str(entry["stage"]))
 
 
 def _last_failures(project: "Project") -> dict[str, tuple[int, str]]:
