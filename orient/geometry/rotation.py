@@ -119,9 +119,7 @@ def cross_matrix(r: ArrayLike) -> Array:
     """[r]x (..., 3, 3) with [r]x p = r x p, of r (..., 3)."""
     x, y, z = np.moveaxis(np.asarray(r, dtype=np.float64), -1, 0)
     zero = np.zeros_like(x)
-    return np.stack(
-        [np.stack([zero, -z, y], -1), np.stack([z, zero, -x], -1), np.stack([-y, x, zero], -1)], -2
-    )
+    return np.stack([np.stack([zero, -z, y], -1), np.stack([z, zero, -x], -1), np.stack([-y, x, zero], -1)], -2)
 
 
 def rotation_exp(r: ArrayLike) -> Array:

@@ -1,0 +1,98 @@
+"""The loop of every adjustment: its terminations, its damping, and the words for what is undetermined."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from orient.solvers.functional_iteration import (
+    Termination,
+    condition_ratio,
+    iterate,
+    strong_correlations,
+    undetermined_combination,
+)
+from tests.solvers.resection_scenes import FloatArray
+
+
+@dataclass(frozen=True)
+class Linear:
+    vPv: float
+    triangle: FloatArray
+    rho: FloatArray
+    scales: FloatArray
+
+
+@dataclass(frozen=True)
+class Curve:
+    """v = g(x) - observed with the unknowns x themselves as state."""
+
+    g: Callable[[FloatArray], FloatArray]
+    design: Callable[[FloatArray], FloatArray]
+
+    def linearise(self, state: FloatArray) -> Linear:
+        v, A = self.g(state), self.design(state)
+        if not (np.isfinite(v).all() and np.isfinite(A).all()):
+            return Linear(np.inf, np.zeros((len(state), len(state))), np.zeros(len(state)), np.ones(len(state)))
+        R = np.linalg.qr(np.column_stack([A, v]), mode="r")
+        u = len(state)
+        return Linear(float(v @ v), R[:u, :u], R[:u, u], np.ones(u))
+
+    def corrected(self, state: FloatArray, linear: Linear, corrections: FloatArray) -> tuple[FloatArray, float]:
+        return state + corrections, 0.0
+
+
+def one(g: Callable[[float], float], slope: Callable[[float], float]) -> Curve:
+    return Curve(lambda x: np.array([g(x[0])]), lambda x: np.array([[slope(x[0])]]))
+
+
+def test_linear_problem_converges_in_one_step_and_a_proof() -> None:
+    B, F = np.array([[1.0, 0.0], [1.0, 1.0], [1.0, 2.0]]), np.array([-1.0, -2.0, -4.0])
+    end = iterate(Curve(lambda x: B @ x + F, lambda x: B), np.zeros(2))
+    assert end.termination is Termination.CONVERGED
+    assert len(end.steps) == 2
+    np.testing.assert_allclose(end.state, [5 / 6, 1.5])
+    assert end.linear.vPv == pytest.approx(1 / 6)
+
+
+def test_damping_rescues_a_start_from_which_gauss_newton_diverges() -> None:
+    end = iterate(one(np.arctan, lambda x: 1 / (1 + x * x)), np.array([5.0]))
+    assert end.termination is Termination.CONVERGED
+    assert end.steps[0].damping > 0
+    assert end.steps[-1].damping == 0
+    assert end.state[0] == pytest.approx(0, abs=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("curve", "start", "termination"),
+    [
+        (one(lambda x: np.exp(-x), lambda x: -np.exp(-x)), 0.0, Termination.MAX_ITERATIONS),
+        (one(lambda x: 1.0, lambda x: 0.0), 0.0, Termination.SINGULAR),
+        (one(lambda x: 1.0, lambda x: 1e-9), 0.0, Termination.DIVERGED),
+        (one(lambda x: 1.0 + x * x, lambda x: -1.0), 0.0, Termination.NO_DESCENT),
+        (one(lambda x: np.nan, lambda x: 1.0), 0.0, Termination.NOT_FINITE),
+    ],
+    ids=lambda value: str(value) if isinstance(value, Termination) else "",
+)
+def test_every_end_is_a_result_with_its_code(curve: Curve, start: float, termination: Termination) -> None:
+    end = iterate(curve, np.array([start]))
+    assert end.termination is termination
+
+
+def test_null_vector_is_written_in_unknowns() -> None:
+    triangle = np.linalg.qr(np.array([[1.0, 1, 0], [1, 1, 0], [0, 0, 1], [2, 2, 0]]), mode="r")
+    linear = Linear(0.0, triangle, np.zeros(3), np.ones(3))
+    assert condition_ratio(triangle) < 1e-15
+    assert undetermined_combination(linear, ("X_S", "r_Y", "Z_S")) in ("X_S 1.00, r_Y -1.00", "r_Y 1.00, X_S -1.00")
+
+
+def test_an_unknown_that_no_observation_touches_is_named() -> None:
+    linear = Linear(0.0, np.diag([1.0, 0.0]), np.zeros(2), np.ones(2))
+    assert condition_ratio(linear.triangle) == 0
+    assert undetermined_combination(linear, ("X_S", "Y_S")) == "Y_S 1.00"
+
+
+def test_strong_correlations_name_the_pair() -> None:
+    Q = np.array([[4.0, 3.96, 0.0], [3.96, 4.0, 0.1], [0.0, 0.1, 1.0]])
+    assert strong_correlations(Q, ("a", "b", "c")) == (("a", "b", pytest.approx(0.99)),)
