@@ -3,6 +3,8 @@
 import json
 import math
 import shutil
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -100,3 +102,11 @@ def test_samples_work_from_a_copy_elsewhere(tmp_path: Path) -> None:
     create(path, read_project(tmp_path / "copy", OPTIONS), "test")
     run_all(path)
     assert run_stage(path, "resection", {}, "again").computed is False
+
+
+def test_simulated_sample_is_what_its_script_makes(tmp_path: Path) -> None:
+    folder = SAMPLES / "simulated-space-krasovsky"
+    subprocess.run([sys.executable, str(folder / "simulate.py"), str(tmp_path)], check=True, capture_output=True)
+    made = {path.name: path.read_text("utf-8") for path in tmp_path.iterdir()}
+    assert {"readings.csv", "crosses.csv", "digitizer.csv", "control.csv", "truth.json"} <= set(made)
+    assert made == {name: (folder / name).read_text("utf-8") for name in made}
