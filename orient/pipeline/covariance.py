@@ -47,7 +47,8 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     """Outcome with `ground_covariance` rows and, when asked, all pairs."""
     photo = single(inputs["photo"], "photo")
     frame = frame_of(single(inputs["topocentric"], "topocentric_frame"), ground_of(photo))
-    seen, _ = observations(inputs["refine"], inputs["topocentric"])
+    measured, _ = observations(inputs["refine"], inputs["topocentric"])
+    seen, events = _placed(measured, inputs["resection"])
     oriented = _oriented(inputs["resection"], frame)
     heights = _places(seen, inputs["resection"])
     up = frame.right_handed(seen.up)
@@ -56,13 +57,25 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     )
     jacobians = ray_at_height_jacobians(points, oriented.station, oriented.rotation, oriented.f_mm, up)
     met = [int(i) for i in np.flatnonzero(jacobians.determined)]
-    events = _level_rays(seen, jacobians)
+    events += _level_rays(seen, jacobians)
     axes = _horizon(frame, up)
     rows = _rows(seen, met, points, heights, jacobians, oriented, axes, frame)
     tables: dict[str, Sequence[Row]] = {"ground_covariance": rows}
     if settings["pairs"]:
         tables["ground_covariance_pair"] = _pair_rows(seen, met, jacobians, oriented, axes)
     return Outcome(tables, events, _summary(rows))
+
+
+def _placed(measured: Observations, resection: Tables) -> tuple[Observations, list[Event]]:
+    """Points given completely, or placed by the resection; at the others a ray has no known surface to meet."""
+    adjusted = {row["point"] for row in resection.get("adjusted_point", ())}
+    keep = [i for i, known in enumerate(measured.known) if known == "XYZ" or measured.points[i] in adjusted]
+    left_out = [point for i, point in enumerate(measured.points) if i not in set(keep)]
+    events = [
+        Event("info", "partly_given", point, f"{point}: only partly given and not adjusted; no ground covariance")
+        for point in left_out
+    ]
+    return measured.at(keep), events
 
 
 def _oriented(resection: Tables, frame: Frame) -> Oriented:

@@ -38,10 +38,13 @@ class Observations:
     rows: Sequence[Row]
 
     def only(self, role: str) -> "Observations":
-        keep = [index for index, value in enumerate(self.roles) if value == role]
+        return self.at([index for index, value in enumerate(self.roles) if value == role])
+
+    def at(self, keep: Sequence[int]) -> "Observations":
+        """The points at these places of the list."""
         return Observations(
             [self.points[index] for index in keep],
-            [role] * len(keep),
+            [self.roles[index] for index in keep],
             self.image[keep],
             self.image_covariance[keep],
             [self.rows[index] for index in keep],
