@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from orient.errors import GeometryError
-from orient.pipeline.findings import in_stored_names, resection_findings
+from orient.pipeline.findings import in_stored_names, odd_points, resection_findings
 from orient.pipeline.frames import Frame, frame_of
 from orient.pipeline.ground import Ground, ground_of
 from orient.pipeline.resection_rows import result_tables, trace_tables
@@ -71,11 +71,14 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     sigma0 = required(photo, "sigma_image_mm")
     weights = ground_weights(control.rows, str(settings["control"]), sigma0)
     found = _solve(photo, ground, frame, control, weights, sigma0, settings)
-    events += resection_findings(found, frame, control.points, sigma0)
     traces = trace_tables(found, frame, control.points)
     if found.termination != "CONVERGED":
+        full = np.flatnonzero(control.known == "XYZ")
+        place = frame.right_handed(control.ground[full])
+        events += odd_points(control.image[full], place, found.f_mm, [control.points[int(i)] for i in full])
         error = f"{found.termination.value}: {in_stored_names(found.message, frame)}"
         return Outcome(traces, events, error=error, hint=_hint(found.termination))
+    events += resection_findings(found, frame, control.points, sigma0)
     use_posteriori = settings["variance"] == "posteriori" and found.redundancy > 0
     results = result_tables(found, frame, ground, control, check, sigma0, use_posteriori)
     return Outcome({**results, **traces}, events, _summary(found, sigma0))
@@ -190,8 +193,8 @@ def _hint(termination: str) -> str:
     return {
         "BEHIND_CAMERA": "Check signs and axes of the image coordinates and the order of the ground coordinates.",
         "BELOW_GROUND": "X and Y of the ground may be exchanged, or handedness is wrong; see docs/conventions.md.",
-        "SINGULAR": "The control points do not determine the orientation; add points off their line or plane.",
-        "MAX_ITERATIONS": "Look at the iterations: orient sql PROJECT iterations",
+        "SINGULAR": "Add control off the line or plane of the others, or mend the points named above.",
+        "MAX_ITERATIONS": "Check coordinates (B and L exchanged? degrees for metres?), f and the axes of the readings.",
     }.get(termination, "Look at the iterations: orient sql PROJECT iterations")
 
 
