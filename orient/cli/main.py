@@ -1,5 +1,6 @@
 """The command `orient`: the list of commands, and the one place where an error becomes a sentence and an exit code."""
 
+import errno
 import os
 import signal
 import sys
@@ -80,6 +81,8 @@ def run() -> None:
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # `orient show ... | head` ends quietly, as other programs do
     for number in STOP_SIGNALS:
         signal.signal(number, _stop)
+    if sys.stdout is None:  # closed by the caller: `orient run P >&-`
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115  (for the life of the process)
     code = _exit_code(app)
     _no_more_signals()
     sys.exit(code)
@@ -99,6 +102,11 @@ def _exit_code(command: Callable[[], object]) -> int:
         # the reader of our output went away; that is no error
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except OSError as error:
+        if error.errno not in (errno.ENOSPC, errno.EIO):
+            return _our_fault(error)
+        _say(f"the output cannot be written: {error.strerror}", "Give it another place.")
+        return 1
     except MemoryError:
         _say("not enough memory for this project", "Give fewer points, or a machine with more memory.")
         return 1

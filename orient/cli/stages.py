@@ -19,6 +19,8 @@ def register(app: typer.Typer) -> None:
         app.command()(command)
 
 
+LARGEST_TOLERANCE = 1e-4
+
 Reject = Annotated[
     bool | None, typer.Option("--reject/--keep", help="Leave flagged readings or crosses out; each is recorded.")
 ]
@@ -37,15 +39,24 @@ def _one_of(words: tuple[str, ...]) -> Callable[[str | None], str | None]:
     return check
 
 
-def _positive(value: float | None) -> float | None:
-    if value is not None and not (math.isfinite(value) and value > 0):
-        raise typer.BadParameter(f"{value} is not a positive number.")
+def _small(value: float | None) -> float | None:
+    if value is not None and not (math.isfinite(value) and 0 < value <= LARGEST_TOLERANCE):
+        raise typer.BadParameter(f"{value} is not between 0 and {LARGEST_TOLERANCE}.")
     return value
+
+
+def _degree(value: str) -> int | None:
+    """`auto` is the choice by test, also where an earlier version was told a degree."""
+    if value == "auto":
+        return None
+    if value not in ("1", "2", "3", "4", "5"):
+        raise typer.BadParameter(f"{value!r} is not auto or one of 1, 2, 3, 4, 5.")
+    return int(value)
 
 
 Tolerance = Annotated[
     float | None,
-    typer.Option("--tolerance", callback=_positive, help="Largest scaled step that counts as converged."),
+    typer.Option("--tolerance", callback=_small, help="Largest scaled step that counts as converged."),
 ]
 
 
@@ -73,12 +84,13 @@ def digitize(
     message: Reason = "digitize",
     again: Again = False,
     degree: Annotated[
-        int | None, typer.Option("--degree", min=1, max=5, help="Degree of the polynomial; else by test.")
+        str | None, typer.Option("--degree", metavar="1...5|auto", help="Degree of the polynomial; auto: by test.")
     ] = None,
     reject: Reject = None,
 ) -> None:
     """Map points by the polynomial of their sheet, with covariance; bad crosses are named."""
-    _stage(project, "digitize", _given(degree=degree, reject=reject), message, again)
+    asked = {} if degree is None else {"degree": _degree(degree)}
+    _stage(project, "digitize", {**_given(reject=reject), **asked}, message, again)
 
 
 def bl(

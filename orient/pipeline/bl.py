@@ -11,6 +11,7 @@ import numpy as np
 from orient.errors import OrientError
 from orient.geodesy.crs import Operation
 from orient.geodesy.ellipsoid import meridian_radius, prime_vertical_radius
+from orient.geodesy.topocentric import local_axes
 from orient.pipeline.ground import Ground, ground_of
 from orient.pipeline.tables import Array, columns, covariance_columns, covariances, names, or_none, single
 from orient.units import RADIANS_PER_DEGREE
@@ -53,6 +54,7 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
             geographic, grid_north, operation = _to_ground(source, ground, bool(settings["allow_ballpark"]))
             rows += _geographic_rows(source, geographic, _in_horizon(source, geographic, grid_north, ground), roles)
             operations += operation
+            events += [_ballpark_event(source) for row in operation if row["is_ballpark"]]
     merged = _merge(rows, events)
     events += _unplaced(roles, merged)
     if not merged:
@@ -127,6 +129,13 @@ def _passed_event(source: SourcePoints) -> Event:
     return Event("info", "passed_through", source.source, message)
 
 
+def _ballpark_event(source: SourcePoints) -> Event:
+    message = (
+        f"{source.source}: the datum change is a ballpark one, as allowed: it may be off by hundreds of metres"
+    )
+    return Event("warning", "ballpark", source.source, message)
+
+
 def _to_ground(source: SourcePoints, ground: Ground, allow_ballpark: bool) -> tuple[Array, Array, list[Row]]:
     """(n, 3) L, B [deg], H on the ground, (n,) azimuth of grid north [rad], the operation's row.
 
@@ -156,13 +165,18 @@ def _to_ground(source: SourcePoints, ground: Ground, allow_ballpark: bool) -> tu
 
 
 def _transform(source: SourcePoints, ground: Ground, operation: Operation) -> Array:
-    has_plan = ~np.isnan(source.coordinates[:, 0])
-    no_height = np.isnan(source.coordinates[:, 2])
+    """Geographic coordinates; a height without plan is changed as at the middle of the other points."""
+    no_plan, no_height = np.isnan(source.coordinates[:, 0]), np.isnan(source.coordinates[:, 2])
+    if no_plan.all():
+        raise OrientError(
+            f"{source.source} has heights only, so their change from {source.crs} to the ground is not known",
+            "Give the heights on the ground's own ellipsoid, or at least one point with its plan position.",
+        )
     given = source.coordinates.copy()
+    given[no_plan, :2] = np.nanmean(given[:, :2], axis=0)
     given[no_height, 2] = ground.mean_height
-    transformed = given.copy()
-    transformed[has_plan] = np.column_stack(operation.transform(*given[has_plan].T))
-    outside = has_plan & ~np.isfinite(transformed).all(axis=1)
+    transformed = np.column_stack(operation.transform(*given.T))
+    outside = ~np.isfinite(transformed).all(axis=1)
     if outside.any():
         point = source.names[int(np.argmax(outside))]
         raise OrientError(
@@ -170,6 +184,7 @@ def _transform(source: SourcePoints, ground: Ground, operation: Operation) -> Ar
             "Check the coordinates and the CRS.",
         )
     transformed[no_height, 2] = np.nan
+    transformed[no_plan, :2] = np.nan
     return transformed
 
 
@@ -190,7 +205,7 @@ def _in_horizon(source: SourcePoints, geographic: Array, grid_north: Array, grou
     """(n, 3, 3) covariances with the axes north, east, up of each point."""
     if source.kind == "geocentric":
         longitude, latitude = geographic[:, 0] * RADIANS_PER_DEGREE, geographic[:, 1] * RADIANS_PER_DEGREE
-        turn = ground.horizon_axes(latitude, longitude)
+        turn = local_axes(latitude, longitude).transpose(0, 2, 1)
     else:
         cosine, sine, zero = np.cos(grid_north), np.sin(grid_north), np.zeros_like(grid_north)
         turn = np.stack([cosine, -sine, zero, sine, cosine, zero, zero, zero, zero + 1.0], axis=-1).reshape(-1, 3, 3)

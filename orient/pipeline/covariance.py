@@ -81,7 +81,8 @@ def _placed(measured: Observations, resection: Tables) -> tuple[Observations, li
     """Points given completely, or placed by the resection; at the others a ray has no known surface to meet."""
     adjusted = {row["point"] for row in resection.get("adjusted_point", ())}
     keep = [i for i, known in enumerate(measured.known) if known == "XYZ" or measured.points[i] in adjusted]
-    left_out = [point for i, point in enumerate(measured.points) if i not in set(keep)]
+    kept = set(keep)
+    left_out = [point for i, point in enumerate(measured.points) if i not in kept]
     events = [
         Event("info", "partly_given", point, f"{point}: only partly given and not adjusted; no ground covariance")
         for point in left_out
@@ -144,7 +145,7 @@ def _horizon(frame: Frame, up: Array) -> Array:
 
 
 def _rows(meeting: Meeting, oriented: Oriented, frame: Frame) -> list[Row]:
-    seen, axes = meeting.seen, meeting.axes
+    seen, axes, known = meeting.seen, meeting.axes, meeting.seen.known
     reading = oriented.scale * seen.image_covariance
     found = ground_covariance(meeting.jacobians, oriented.covariance, reading, meeting.height_variance)
     in_plan = [axes @ part @ axes.transpose(0, 2, 1) for part in (found.orientation, found.reading, found.height)]
@@ -155,7 +156,7 @@ def _rows(meeting: Meeting, oriented: Oriented, frame: Frame) -> list[Row]:
             "point": seen.points[i],
             "role": seen.roles[i],
             **dict(zip(("X_m", "Y_m", "Z_m"), stored[i].tolist(), strict=True)),
-            **_apart(apart[i], seen.known[i]),
+            **_apart(apart[i], known[i]),
             **_part("K", in_plan[0][i]),
             **_part("reading", in_plan[1][i]),
             **_part("height", in_plan[2][i]),

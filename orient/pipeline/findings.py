@@ -15,7 +15,7 @@ from orient.values import Event
 
 STRONG_CORRELATION = 0.95
 GLOBAL_TEST_LEVEL = 0.001
-ODD_RATIO, ODD_MM, MOST_ODD = 30.0, 0.5, 5
+ODD_RATIO, ODD_MM, MOST_ODD, MOST_PAIRS = 30.0, 0.5, 5, 2
 SMALLEST_REDUNDANCY_NUMBER = 1e-6
 SOLVER_NAME = re.compile(r"\b(r_[XYZ]|[XYZ]_S|[XYZ])\b")
 
@@ -83,18 +83,20 @@ def _ambiguity(found: Resection) -> list[Event]:
     if not found.is_ambiguous:
         return []
     others = sum(alternative.is_as_good for alternative in found.alternatives)
-    message = f"{others} other orientations fit as well; give an approximate station in photo.toml to choose"
+    fits = "orientation fits" if others == 1 else "orientations fit"
+    message = f"{others} other {fits} as well; give an approximate station in photo.toml to choose"
     return [Event("warning", "ambiguous", "", message, float(others))]
 
 
 def _correlations(found: Resection, frame: Frame) -> list[Event]:
-    events = []
-    for first, second, correlation in found.weak:
-        if abs(correlation) > STRONG_CORRELATION:
-            subject = in_stored_names(f"{first} and {second}", frame)
-            message = f"{subject} are correlated by {correlation:+.4f}: judge ground points, not these sigmas"
-            events.append(Event("info", "correlation", subject, message, correlation))
-    return events
+    """One remark for all strongly correlated pairs of elements, led by the strongest."""
+    strong = sorted((pair for pair in found.weak if abs(pair[2]) > STRONG_CORRELATION), key=lambda pair: -abs(pair[2]))
+    if not strong:
+        return []
+    told = [f"{in_stored_names(f'{a} and {b}', frame)} {value:+.4f}" for a, b, value in strong[:MOST_PAIRS]]
+    more = f" and {len(strong) - MOST_PAIRS} pairs more" if len(strong) > MOST_PAIRS else ""
+    message = f"strong correlations: {', '.join(told)}{more}; judge ground points, not single sigmas"
+    return [Event("info", "correlation", "", message, strong[0][2])]
 
 
 def in_stored_names(text: str, frame: Frame) -> str:

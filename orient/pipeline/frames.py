@@ -13,6 +13,7 @@ from orient.geodesy.topocentric import (
     Origin,
     geocentric_from_geographic,
     geographic_from_topocentric,
+    local_axes,
     topocentric_from_geographic,
     turn_from_grid,
     turn_to_grid,
@@ -55,12 +56,11 @@ class Frame:
         origin, ellipsoid = self._earth()
         return turn_to_grid(topocentric_from_geographic(latitude, longitude, height, origin, ellipsoid), self.gamma)
 
-    def geocentric_from_right_handed(self, ground: Ground) -> Array:
+    def geocentric_from_right_handed(self) -> Array:
         """(3, 3) rotation that takes east, north, up of T' to geocentric axes."""
         origin, _ = self._earth()
         to_t = turn_from_grid(np.eye(3), self.gamma).T
-        horizon = ground.horizon_axes(np.array([origin.B]), np.array([origin.L]))[0]
-        rotation: Array = horizon.T @ to_t @ self.partner
+        rotation: Array = local_axes(origin.B, origin.L) @ to_t @ self.partner
         return rotation
 
     def geocentric(self, geographic: Array) -> Array:

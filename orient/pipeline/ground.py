@@ -58,14 +58,6 @@ class Ground:
     def geocentric_from_geographic(self, latitude: Array, longitude: Array, height: Array) -> Array:
         return geocentric_from_geographic(latitude, longitude, height, self.figure)
 
-    def horizon_axes(self, latitude: Array, longitude: Array) -> Array:
-        """(n, 3, 3) matrices from geocentric axes to north, east, up of each point; angles in radians."""
-        sin_b, cos_b, sin_l, cos_l = np.sin(latitude), np.cos(latitude), np.sin(longitude), np.cos(longitude)
-        north = np.stack([-sin_b * cos_l, -sin_b * sin_l, cos_b], axis=-1)
-        east = np.stack([-sin_l, cos_l, np.zeros_like(sin_l)], axis=-1)
-        up = np.stack([cos_b * cos_l, cos_b * sin_l, sin_b], axis=-1)
-        return np.stack([north, east, up], axis=-2)
-
     def operation_from(
         self, source_crs: str | None, coordinates: Array, source: str, allow_ballpark: bool
     ) -> tuple[CRS, CRS, Operation]:

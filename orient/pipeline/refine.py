@@ -18,6 +18,8 @@ from orient.values import Event, Outcome, Row, Settings, Tables
 STEP_MM = 1e-3
 MICROMETRES = 1000.0
 FIDUCIAL = "fiducial"
+MARK_LIMIT = 10.0
+"""Residual of a fiducial mark, in sigmas of a reading, that is said to be wrong."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +122,19 @@ def _interior(
     if fit.is_mirrored:
         message = "the readings are mirrored against the fiducial marks; is the photo measured from its back?"
         events.append(Event("warning", "mirrored", "", message))
+    events += _bad_mark(fit, chosen, required(photo, "sigma_image_mm"))
     return fit, chosen
+
+
+def _bad_mark(fit: InteriorFit, marks: Sequence[str], sigma: float) -> list[Event]:
+    """Film shrinks by some micrometres; residuals of many sigmas are a slip or exchanged marks."""
+    sizes = np.linalg.norm(fit.residuals, axis=1)
+    worst = int(np.argmax(sizes))
+    if sizes[worst] < MARK_LIMIT * sigma:
+        return []
+    size = MICROMETRES * float(sizes[worst])
+    message = f"fiducial mark {marks[worst]} misses its place by {size:.1f} um: a slip, or marks exchanged?"
+    return [Event("warning", "bad_mark", marks[worst], message, size)]
 
 
 def _mark_event(mark: str, what: str) -> Event:
@@ -188,6 +202,11 @@ def _refraction(xy: Array, photo: Row) -> Array:
     model = str(photo["refraction"])
     if model == "none":
         return np.zeros_like(xy)
+    if photo["platform"] == "terrestrial":
+        raise OrientError(
+            "the refraction formulas hold for a view from above, not for a terrestrial photo",
+            'Write [refraction] model = "none" in photo.toml.',
+        )
     height = number(photo, "camera_height_m")
     height = number(photo, "station_H_m") if height is None else height
     ground = number(photo, "ground_height_m")

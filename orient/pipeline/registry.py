@@ -16,7 +16,10 @@ class Compute(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """One computed stage. `version` rises when the computation changes in a way that can change a number."""
+    """One computed stage. `version` rises when the computation changes in a way that can change a number.
+
+    Settings of the current version hold for the next one too, but for `not_kept`: a consent is given once.
+    """
 
     name: str
     version: int
@@ -25,6 +28,7 @@ class Stage:
     optional: tuple[str, ...] = ()
     needs_one_of: tuple[str, ...] = ()
     settings: Mapping[str, str | int | float | bool | None] = field(default_factory=dict)
+    not_kept: tuple[str, ...] = ()
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -65,6 +69,7 @@ STAGES = (
         optional=("control", "digitize"),
         needs_one_of=("control", "digitize"),
         settings={"allow_ballpark": False},
+        not_kept=("allow_ballpark",),
     ),
     Stage(
         "topocentric",

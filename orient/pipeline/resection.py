@@ -195,7 +195,7 @@ def _hint(termination: str) -> str:
         "BELOW_GROUND": "X and Y of the ground may be exchanged, or handedness is wrong; see docs/conventions.md.",
         "SINGULAR": "Add control off the line or plane of the others, or mend the points named above.",
         "MAX_ITERATIONS": "Check coordinates (B and L exchanged? degrees for metres?), f and the axes of the readings.",
-    }.get(termination, "Look at the iterations: orient sql PROJECT iterations")
+    }.get(termination, "Look at the iterations: orient show PROJECT resection")
 
 
 def _summary(found: Resection, sigma0: float) -> str:

@@ -99,7 +99,7 @@ def _place_on_earth(station: Array, frame: Frame) -> dict[str, float | None]:
 def _angle_rows(found: Resection, frame: Frame, ground: Ground, scale: float) -> Rows:
     turns = {"ground": np.eye(3)}
     if frame.origin is not None:
-        turns["geocentric"] = frame.geocentric_from_right_handed(ground)
+        turns["geocentric"] = frame.geocentric_from_right_handed()
     return [row for name, turn in turns.items() for row in _triples(found, name, turn, scale)]
 
 

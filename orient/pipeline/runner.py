@@ -24,6 +24,7 @@ class Result:
     events: Sequence[Event] = ()
     waits_for: str = ""
     hint: str = ""
+    selected_again: bool = False
 
     @property
     def failed(self) -> bool:
@@ -41,6 +42,8 @@ def create(path: Path, inputs: Sequence[InputTables], reason: str) -> None:
 
 def add_input(path: Path, given: InputTables, reason: str, again: bool = False) -> Result:
     """Append a new version of one input; the same list twice is noticed and not stored again."""
+    if not reason.strip():
+        raise UsageError("say why the list changes", 'For example: -m "P7 was read on the wrong house"')
     with open_project(path, "write") as project:
         new = _input_run(given, reason)
         head = project.heads().get(given.stage)
@@ -127,12 +130,10 @@ def _run(project: Project, stage: Stage, settings: Settings, reason: str, again:
     known = None if again else project.find_run_by_digest(stage.name, digest)
     if known is not None:
         return _reuse(project, stage, known, reason)
-    last = project.runs(stage.name)[-1:]
-    if last and not again and last[0].status == "failed" and last[0].input_digest == digest:
-        return Result(
-            stage.name, last[0], computed=False, hint="Nothing it reads has changed since; change that first."
-        )
     outcome, hint = _compute(stage, {name: project.read_tables(run.run_id) for name, run in inputs.items()}, full)
+    last = project.runs(stage.name)[-1:]
+    if last and not again and (last[0].input_digest, last[0].error) == (digest, outcome.error):
+        return Result(stage.name, last[0], computed=False, events=outcome.events, hint=hint)  # the same failure again
     new = NewRun(
         stage=stage.name,
         stage_version=stage.version,
@@ -151,9 +152,10 @@ def _run(project: Project, stage: Stage, settings: Settings, reason: str, again:
 def _reuse(project: Project, stage: Stage, known: RunInfo, reason: str) -> Result:
     """The same inputs and settings were computed before: make that version current instead of repeating it."""
     head = project.heads().get(stage.name)
-    if head is None or head.run_id != known.run_id:
+    moves = head is None or head.run_id != known.run_id
+    if moves:
         project.select(stage.name, known.version, current_user(), reason)
-    return Result(stage.name, known, computed=False, events=project.events(known.run_id))
+    return Result(stage.name, known, computed=False, events=project.events(known.run_id), selected_again=moves)
 
 
 def _compute(stage: Stage, inputs: Mapping[str, Tables], settings: Settings) -> tuple[Outcome, str]:
@@ -170,7 +172,7 @@ def _full_settings(stage: Stage, head: RunInfo | None, given: Settings) -> Setti
     unknown = set(given) - set(stage.settings)
     if unknown:
         raise UsageError(f"{stage.name} has no setting {', '.join(sorted(unknown))}")
-    kept = {key: value for key, value in (head.settings if head else {}).items() if key in stage.settings}
+    kept = {key: value for key, value in (head.settings if head else {}).items() if key in _kept_names(stage)}
     return {**stage.settings, **kept, **given}
 
 
@@ -189,6 +191,10 @@ def _input_run(given: InputTables, reason: str) -> NewRun:
         outcome=Outcome(given.tables, given.events, summary=describe(given)),
         select=True,
     )
+
+
+def _kept_names(stage: Stage) -> set[str]:
+    return set(stage.settings) - set(stage.not_kept)
 
 
 def describe(given: InputTables) -> str:

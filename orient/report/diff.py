@@ -4,11 +4,12 @@ import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from orient.report.text import cell, console, table
+from orient.report.text import cell, console, print_table
 from orient.store.project import Project, RunInfo, open_project
 from orient.values import Row, Scalar
 
 SHOWN = 60
+BULKY = ("cofactor", "sheet_cofactor", "iteration", "iteration_parameter", "equation")
 Difference = dict[str, Scalar]
 
 
@@ -27,11 +28,18 @@ def show_diff(path: Path, stage: str, first: int, second: int, as_json: bool) ->
     if not found:
         console().print(f"{stage} versions {first} and {second} hold the same numbers.")
         return
+    bulky = [entry for entry in found if entry["table"] in BULKY]
+    found = [entry for entry in found if entry["table"] not in BULKY]
     headers = ["table", "row", "column", f"version {first}", f"version {second}", "change"]
     cells = [[cell(value) for value in entry.values()] for entry in found[:SHOWN]]
-    console().print(table(headers, cells, [False, False, False, True, True, True]))
+    print_table(headers, cells, [False, False, False, True, True, True])
     if len(found) > SHOWN:
         console().print(f"... {len(found) - SHOWN} more differences: --json")
+    if bulky:
+        names = ", ".join(dict.fromkeys(str(entry["table"]) for entry in bulky))
+        console().print(f"Also {len(bulky)} values of {names}: --json")
+    if any(entry["column"] == "version" and entry["row"] == "topocentric" for entry in found):
+        console().print("T' may begin elsewhere in the two versions; B_S, L_S, H_S tell how far the camera moved.")
 
 
 def _keys(project: Project) -> dict[str, list[str]]:

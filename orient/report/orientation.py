@@ -51,7 +51,7 @@ def orientation_tables(tables: Tables, most: int) -> list[Shown]:
     shown.append(_residuals(f"Residuals of {len(control)} control points, {_rms(control)}", control, most))
     if check:
         shown.append(_residuals(f"Check points, {_rms(check)}", check, most))
-    shown.append(_iterations(tables["iteration"]))
+    shown.append(iteration_table(tables["iteration"]))
     return shown
 
 
@@ -118,7 +118,8 @@ def _residuals(title: str, rows: Sequence[Row], most: int) -> Shown:
     return title, ["point", "x mm", "y mm", "vx um", "vy um", "r_x", "r_y"], cells
 
 
-def _iterations(rows: Sequence[Mapping[str, object]]) -> Shown:
+def iteration_table(rows: Sequence[Mapping[str, object]]) -> Shown:
+    """How the adjustment went."""
     cells = [
         [
             str(row["iteration"]),

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from orient.report.text import console, one_line, table
+from orient.report.text import console, one_line, print_table
 from orient.solvers.functional_iteration import WEAK_CORRELATION, WEAK_RATIO
 from orient.solvers.ground_covariance import Ellipse, error_ellipse
 from orient.solvers.planning import Effect, Plan, ground_by_use
@@ -217,7 +217,7 @@ def _print_table(title: str, headers: list[str], rows: list[list[str]]) -> None:
     if rows:
         out = console()
         out.print(f"\n{title}")
-        out.print(table(headers, rows, [i > 0 for i in range(len(headers))]))
+        print_table(headers, rows, [i > 0 for i in range(len(headers))])
 
 
 def _content(plan: Plan, layout: str, tilt_deg: float) -> dict[str, object]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from orient.errors import UsageError
-from orient.report.text import answer_table, console, table
+from orient.report.text import console, print_answer, print_table
 from orient.values import Scalar
 
 MAX_TABLE_ROWS = 100_000
@@ -62,7 +62,7 @@ BY_NAME = {question.name: question for question in QUESTIONS}
 def list_questions() -> None:
     """Names and texts of the questions."""
     rows = [[question.name, question.asks] for question in QUESTIONS]
-    console().print(table(["name", "question"], rows, [False, False]))
+    print_table(["name", "question"], rows, [False, False])
     console().print('Ask one by its name, or write SQL: orient sql PROJECT "SELECT * FROM v_residual"')
 
 
@@ -85,7 +85,7 @@ def answer(path: Path, question: str, as_csv: bool, as_json: bool, raw: bool) ->
     elif not rows:
         console().print("no rows")
     else:
-        console().print(answer_table(columns, rows[:MAX_TABLE_ROWS]))
+        print_answer(columns, rows[:MAX_TABLE_ROWS])
 
 
 def _for_json(value: Scalar | bytes) -> Scalar:

@@ -64,7 +64,7 @@ def line(result: "Result") -> str:
     """One line for one stage."""
     if result.run is None:
         return f"{result.stage:<12} waits for {result.waits_for}"
-    how = "" if result.computed else "  (unchanged)"
+    how = "  (known, current again)" if result.selected_again else "" if result.computed else "  (unchanged)"
     told = result.run.error if result.failed else result.run.summary
     return f"{result.stage:<12} version {result.run.version:<3} {printable(told)}{how}"
 
@@ -119,5 +119,5 @@ class Progress:
             raise OrientError(f"{first.stage}: {error}", first.hint)
         if all(result.run is None for result in results):
             raise OrientError("nothing can be computed yet", f"See what is missing: orient status {project}")
-        if not any(result.computed for result in results):
+        if not any(result.computed or result.selected_again for result in results):
             self._out.print("Everything is up to date.")

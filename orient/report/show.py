@@ -7,11 +7,11 @@ from pathlib import Path
 
 from orient.errors import UsageError
 from orient.pipeline.registry import ALL_STAGES, BY_NAME
-from orient.report.orientation import orientation_lines, orientation_tables
+from orient.report.orientation import iteration_table, orientation_lines, orientation_tables
 from orient.report.runs import print_events
 from orient.report.sections import SECTIONS, Section
-from orient.report.text import cell, console, printable, table
-from orient.store.project import RunInfo, open_project
+from orient.report.text import cell, console, print_table, printable
+from orient.store.project import Project, RunInfo, open_project
 from orient.values import Row, Tables
 
 SHOWN_ROWS = 25
@@ -22,7 +22,7 @@ def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> No
     if stage not in ALL_STAGES:
         raise UsageError(f'there is no stage "{stage}"', f"Stages are {', '.join(ALL_STAGES)}.")
     with open_project(path, "read") as project, project.snapshot():
-        run = project.run(stage, version) if version else project.heads().get(stage)
+        run = project.run(stage, version) if version else project.heads().get(stage) or _last(project, stage)
         if run is None:
             raise UsageError(f"{stage} has no current version", _remedy(stage, path))
         tables, events = project.read_tables(run.run_id), project.events(run.run_id)
@@ -38,6 +38,11 @@ def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> No
         _print_section(section, tables.get(section.source, ()))
     if stage == "photo":
         _print_record(tables["photo"][0])
+
+
+def _last(project: Project, stage: str) -> RunInfo | None:
+    """The last run of a stage that never succeeded."""
+    return next(iter(project.runs(stage)[-1:]), None)
 
 
 def _remedy(stage: str, path: Path) -> str:
@@ -57,12 +62,21 @@ def _print_head(run: RunInfo) -> None:
 def _print_resection(tables: Tables) -> None:
     out = console()
     if "orientation" not in tables:
+        _print_iterations(tables)
         return
     for text in orientation_lines(tables):
         out.print(text, soft_wrap=True)
     for title, headers, rows in orientation_tables(tables, SHOWN_ROWS):
         out.print(f"\n{title}")
-        out.print(table(headers, rows, [i > 0 for i in range(len(headers))]))
+        print_table(headers, rows, [i > 0 for i in range(len(headers))])
+
+
+def _print_iterations(tables: Tables) -> None:
+    """All that a failed resection has to show."""
+    if tables.get("iteration"):
+        title, headers, rows = iteration_table(tables["iteration"])
+        console().print(f"\n{title}")
+        print_table(headers, rows, [True] * len(headers))
 
 
 def _print_section(section: Section, rows: Sequence[Row]) -> None:
@@ -74,7 +88,7 @@ def _print_section(section: Section, rows: Sequence[Row]) -> None:
     out.print(f"\n{section.title}")
     cells = [[cell(row[name], decimals) for name, decimals in used] for row in rows[:SHOWN_ROWS]]
     numeric = [any(isinstance(row[name], int | float) for row in rows) for name, _ in used]
-    out.print(table([name for name, _ in used], cells, numeric))
+    print_table([name for name, _ in used], cells, numeric)
     if len(rows) > SHOWN_ROWS:
         more = len(rows) - SHOWN_ROWS
         out.print(f'... {more} more rows: --json, or orient sql PROJECT "SELECT * FROM {section.source}"')
@@ -82,4 +96,4 @@ def _print_section(section: Section, rows: Sequence[Row]) -> None:
 
 def _print_record(row: Row) -> None:
     known = [[name, cell(value)] for name, value in row.items() if value is not None]
-    console().print(table(["photo", ""], known, [False, False]))
+    print_table(["photo", ""], known, [False, False])

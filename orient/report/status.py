@@ -1,12 +1,14 @@
 """`status` and `log`. Both must start fast: nothing here imports NumPy, Alembic or the models."""
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from orient.pipeline.registry import ALL_STAGES, BY_NAME, is_optional
-from orient.report.text import cell, console, printable, table
+from orient.report.text import cell, console, print_table, printable
 from orient.store.project import open_project
+from orient.values import Scalar
 
 if TYPE_CHECKING:
     from orient.store.project import Project
@@ -14,6 +16,7 @@ if TYPE_CHECKING:
 STATUS = "SELECT stage, version, is_stale, why FROM v_stale"
 CURRENT = "SELECT stage, version, status, selected_at, actor, summary FROM v_current"
 LOG = "SELECT at, actor, action, stage, version, status, reason, summary FROM v_audit"
+MINUTE = len("2026-01-01T00:00")
 
 
 def show_status(path: Path, as_json: bool) -> None:
@@ -30,7 +33,7 @@ def show_status(path: Path, as_json: bool) -> None:
     out = console()
     out.print(f"{printable(str(path))}")
     rows = [[cell(entry[key]) for key in ("stage", "version", "state", "told")] for entry in known]  # type: ignore[arg-type]
-    out.print(table(["stage", "version", "state", "result"], rows, [False, True, False, False]))
+    print_table(["stage", "version", "state", "result"], rows, [False, True, False, False])
     for warning in warnings:
         out.print(f"note: {printable(warning)}")
     if any(entry["state"] in ("stale", "to compute") for entry in known):
@@ -74,5 +77,15 @@ def show_log(path: Path, as_json: bool) -> None:
     if as_json:
         print(json.dumps([dict(zip(columns, row, strict=True)) for row in rows], indent=2, allow_nan=False))
         return
-    shown = [[cell(value) for value in row] for row in rows]
-    console().print(table(list(columns), shown, [column == "version" for column in columns]))
+    shown = [[cell(value) for value in row] for row in _without_own_selections(rows)]
+    print_table(list(columns), shown, [column == "version" for column in columns])
+
+
+def _without_own_selections(rows: Sequence[Sequence[Scalar]]) -> list[list[Scalar]]:
+    """Rows for people: a run that becomes current at once is one line; time to the minute."""
+    shown: list[list[Scalar]] = []
+    for before, row in zip([None, *rows], rows, strict=False):
+        repeats = before is not None and row[2] == "select" and (before[2], *before[3:5]) == ("run", *row[3:5])
+        if not repeats:
+            shown.append([str(row[0])[:MINUTE].replace("T", " "), *row[1:]])
+    return shown

@@ -3,17 +3,17 @@
 import re
 import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from orient.values import Scalar
 
 if TYPE_CHECKING:
     from rich.console import Console
-    from rich.table import Table
 
 CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200b-\u200f\u202a-\u202e\u2066-\u2069\ufeff]")
 MISSING = "-"
 NARROWEST = 60
+GAP, NARROWEST_TEXT = 2, 24
 PIPE_WIDTH = 10_000
 """Width when the output goes to a file or another program: rows are never folded there."""
 
@@ -30,11 +30,11 @@ def one_line(text: str) -> str:
 
 
 def cell(value: Scalar, decimals: int | None = None) -> str:
-    """A value for a table; without `decimals` a number is shown with eight significant digits."""
+    """A value for a table; without `decimals` a number is shown with ten significant digits."""
     if value is None:
         return MISSING
     if isinstance(value, float):
-        return f"{value:.8g}" if decimals is None else f"{value:.{decimals}f}"
+        return f"{value:.10g}" if decimals is None else f"{value:.{decimals}f}"
     return one_line(str(value))
 
 
@@ -42,28 +42,47 @@ def console() -> "Console":
     """Standard output: as wide as the terminal, or unfolded into a file; markup in names is never interpreted."""
     from rich.console import Console
 
-    width = None if sys.stdout.isatty() else PIPE_WIDTH
+    is_terminal = sys.stdout is not None and sys.stdout.isatty()
+    width = None if is_terminal else PIPE_WIDTH
     out = Console(width=width, highlight=False, markup=False, emoji=False)
     if out.width < NARROWEST:  # a terminal that does not know its width says 0
         out.width = NARROWEST
     return out
 
 
-def table(headers: Sequence[str], rows: Sequence[Sequence[str]], numeric: Sequence[bool]) -> "Table":
-    """A table with numbers to the right."""
+def print_table(headers: Sequence[str], rows: Sequence[Sequence[str]], numeric: Sequence[bool]) -> None:
+    """A table with numbers to the right; what is too wide for the terminal comes as one record below the other.
+
+    The last column may be folded if it is text; a number or a name is never broken.
+    """
     from rich import box
     from rich.table import Table
 
+    out = console()
+    widths = [max(len(row[i]) for row in [headers, *rows]) + GAP for i in range(len(headers))]
+    may_fold = not numeric[-1] and out.width - sum(widths[:-1]) >= NARROWEST_TEXT
+    if sum(widths) > out.width and not may_fold:
+        _print_records(out, headers, rows)
+        return
     shown = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
-    for header, is_number in zip(headers, numeric, strict=True):
-        shown.add_column(header, justify="right" if is_number else "left", overflow="fold")
+    for i, (header, is_number) in enumerate(zip(headers, numeric, strict=True)):
+        justify: Literal["right", "left"] = "right" if is_number else "left"
+        shown.add_column(header, justify=justify, overflow="fold", no_wrap=i < len(headers) - 1)
     for row in rows:
         shown.add_row(*row)
-    return shown
+    out.print(shown)
 
 
-def answer_table(columns: Sequence[str], rows: Sequence[Sequence[Scalar]]) -> "Table":
+def _print_records(out: "Console", headers: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    width = max(len(header) for header in headers)
+    for number, row in enumerate(rows, 1):
+        out.print(f"-- {number}")
+        for header, value in zip(headers, row, strict=True):
+            out.print(f"{header:<{width}}  {value}", soft_wrap=True)
+
+
+def print_answer(columns: Sequence[str], rows: Sequence[Sequence[Scalar]]) -> None:
     """The answer of an SQL question."""
     numeric = [any(isinstance(row[i], int | float) for row in rows) for i in range(len(columns))]
     cells = [[cell(value) for value in row] for row in rows]
-    return table([one_line(column) for column in columns], cells, numeric)
+    print_table([one_line(column) for column in columns], cells, numeric)

@@ -71,7 +71,7 @@ def test_show_of_a_resection_opens_with_the_findings(space: Path) -> None:
     lines = orient("show", space, "resection").out.splitlines()
     assert lines[0].startswith("resection version 1, ")
     assert lines[1].strip().startswith("sigma0 3.74 um")
-    assert "correlated" in lines[2]
+    assert "strong correlations" in lines[2]
     text = "\n".join(lines)
     for words in ("redundancy r = 44", "station: B ", "X_S m", "alpha deg", "Check points", "Iterations", "sum v^2/25"):
         assert words in text
@@ -95,8 +95,15 @@ def test_status_of_a_finished_project(aerial: Path) -> None:
 def test_log_tells_who_and_why(aerial: Path) -> None:
     said = orient("log", aerial)
     assert said.code == 0
-    for words in ("actor", "reason", "first", "resection", "select"):
+    for words in ("actor", "reason", "first", "resection"):
         assert words in said.out
+
+
+def test_log_shows_a_selection_but_not_that_of_the_run_itself(aerial: Path) -> None:
+    assert " select " not in orient("log", aerial).out
+    orient("select", aerial, "resection", "1", "-m", "looked again")
+    (line,) = (line for line in orient("log", aerial).out.splitlines() if " select " in line)
+    assert "looked again" in line
 
 
 def test_check_accepts_and_upgrade_has_nothing_to_do(aerial: Path) -> None:

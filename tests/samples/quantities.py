@@ -84,5 +84,5 @@ class Lookup:
             return stored
         ground = ground_of(self.tables["photo"]["photo"][0])
         frame = frame_of(self.tables["topocentric"]["topocentric_frame"][0], ground)
-        turn = frame.geocentric_from_right_handed(ground) @ frame.partner
+        turn = frame.geocentric_from_right_handed() @ frame.partner
         return turn @ stored @ turn.T

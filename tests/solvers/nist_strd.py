@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from orient.solvers.engines import Engine, triangle
+
 FloatArray = NDArray[np.float64]
 Model = Callable[[Any, Any], Any]
 """Model (b, x): real or complex parameters b, predictor x (n,) or (k, n) -> (n,)."""
@@ -106,3 +108,35 @@ def certified(name: str) -> Certified:
     y, x = data[0], data[1] if len(data) == 2 else data[1:]
     y = np.log(y) if name == "Nelson" else y
     return Certified(name, y, x, np.array([start_1, start_2]), parameters, standard_errors, vPv)
+
+
+@dataclass(frozen=True)
+class CurveEquations:
+    """v = A db + (model - y) about one state."""
+
+    vPv: float
+    triangle: FloatArray
+    rho: FloatArray
+    scales: FloatArray
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One data file as a problem of the functional iteration: exact derivatives, columns scaled by |b|."""
+
+    data: Certified
+    engine: Engine
+
+    def linearise(self, state: FloatArray) -> CurveEquations:
+        """dy/db_j = Im model(b + i h e_j) / h, which rounds but does not truncate."""
+        model, x, u = MODELS[self.data.name], self.data.x, len(state)
+        scales = np.where(state != 0, np.abs(state), 1.0)
+        v = model(state, x) - self.data.y
+        A = np.column_stack([np.imag(model(state + row, x)) for row in 1j * COMPLEX_STEP * np.eye(u)]) / COMPLEX_STEP
+        if not (np.isfinite(v).all() and np.isfinite(A).all()):
+            return CurveEquations(np.inf, np.zeros((u, u)), np.zeros(u), scales)
+        return CurveEquations(float(v @ v), *triangle(A * scales, v, self.engine), scales)
+
+    def corrected(self, state: FloatArray, linear: CurveEquations, corrections: FloatArray) -> tuple[FloatArray, float]:
+        """b <- b + db."""
+        return state + corrections, 0.0
