@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 DEMO   := demo
 
-.PHONY: help setup demo test test-slow lint types floors docs docs-check bench wheel clean
+.PHONY: help setup demo test test-slow lint types floors schema docs docs-check bench wheel clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -35,6 +35,9 @@ types: $(STAMP) ## mypy, strict
 
 floors: $(STAMP) ## import contracts
 	$(BIN)/lint-imports
+
+schema: $(STAMP) ## write 0001_initial.sql and schema.json from models.py, guards.sql, views.sql
+	$(BIN)/python -m orient.store.schema_files
 
 docs: $(STAMP) ## write docs/cli.md and docs/schema.md from the code
 	$(BIN)/python -m orient.cli.reference docs

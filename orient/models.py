@@ -146,7 +146,7 @@ class Photo(Base):
     __table_args__ = (
         one_of("platform", "space", "aerial", "terrestrial"),
         one_of("ground_kind", "crs", "ellipsoid", "local"),
-        one_of("refraction", "none", "integral", "ardc"),
+        one_of("refraction", "none", "integral", "ardc", "space"),
         one_of("distortion_model", "none", "brown", "opencv", "radial_table"),
         one_of("distortion_direction", "none", "correction", "ideal_to_distorted", "displacement"),
         one_of("interior_transformation", "none", "similarity", "affine", "projective"),
@@ -179,7 +179,7 @@ class Photo(Base):
     distortion_direction: Mapped[str] = text(
         "correction: added to measured | displacement: taken from measured | ideal_to_distorted"
     )
-    refraction: Mapped[str] = text("none | integral | ardc")
+    refraction: Mapped[str] = text("none | integral | ardc | space")
     ground_kind: Mapped[str] = text("crs: a named datum | ellipsoid: a figure without datum | local: Cartesian metres")
     ground_crs: Mapped[str | None] = text("geographic CRS of B, L, H (authority code)")
     ellipsoid: Mapped[str | None] = text("name of the ellipsoid")
@@ -187,8 +187,9 @@ class Photo(Base):
     inverse_flattening: Mapped[float | None] = real("1/f of the ellipsoid; 0 for a sphere")
     central_meridian_deg: Mapped[float | None] = real("central meridian L0 of the map zone; NULL: T' = T")
     handedness: Mapped[str | None] = text("of local Cartesian ground: right | left")
-    ground_height_m: Mapped[float | None] = real("mean ellipsoidal height of the ground, for refraction")
-    camera_height_m: Mapped[float | None] = real("approximate height of the camera, for refraction")
+    ground_height_m: Mapped[float | None] = real("mean ellipsoidal height of the ground, for refraction and curvature")
+    camera_height_m: Mapped[float | None] = real("approximate height of the camera, for refraction and curvature")
+    curvature_radius_m: Mapped[float | None] = real("radius of the datum under a local map plane; NULL = no correction")
     station_B_deg: Mapped[float | None] = real("approximate station, latitude")
     station_L_deg: Mapped[float | None] = real("approximate station, longitude")
     station_H_m: Mapped[float | None] = real("approximate station, ellipsoidal height")
@@ -261,7 +262,7 @@ class MapSheet(Base):
     sheet: Mapped[str] = text("name of the sheet", primary_key=True)
     title: Mapped[str] = text("what the sheet is")
     crs: Mapped[str | None] = text("CRS of the graticule or grid; NULL = the photo's ground")
-    degree: Mapped[int | None] = whole("degree of the polynomial; NULL = chosen by test")
+    degree: Mapped[int | None] = whole("degree of the polynomial; NULL = chosen (setting `choice` of digitize)")
     sigma_mm: Mapped[float | None] = real("standard deviation of one digitiser reading; NULL = from the fit")
     pixel_size_mm: Mapped[float | None] = real("size of a pixel when the sheet was read from a scan")
 
@@ -409,7 +410,7 @@ class FiducialResidual(Base):
 class ImagePoint(Base):
     """Image coordinates (the papers' table `xy`) with each correction in its own column.
 
-    x_mm = x_frame_mm + dx_principal_mm + dx_distortion_mm + dx_refraction_mm, likewise y.
+    x_mm = x_frame_mm + dx_principal_mm + dx_distortion_mm + dx_refraction_mm + dx_curvature_mm, likewise y.
     """
 
     __tablename__ = "image_point"
@@ -427,6 +428,8 @@ class ImagePoint(Base):
     dy_distortion_mm: Mapped[float] = real("correction for lens distortion")
     dx_refraction_mm: Mapped[float] = real("correction for atmospheric refraction")
     dy_refraction_mm: Mapped[float] = real("correction for atmospheric refraction")
+    dx_curvature_mm: Mapped[float] = real("correction for earth curvature, for control on a map plane")
+    dy_curvature_mm: Mapped[float] = real("correction for earth curvature, for control on a map plane")
     x_mm: Mapped[float] = real("image coordinate, origin at the principal point, x right")
     y_mm: Mapped[float] = real("image coordinate, origin at the principal point, y up")
     cov_xx_mm2: Mapped[float] = real("covariance of x, y")
@@ -445,7 +448,7 @@ class SheetTransform(Base):
     run_id: Mapped[int] = run_id()
     sheet: Mapped[str] = text("sheet", primary_key=True)
     degree: Mapped[int] = whole("degree of the polynomial")
-    degree_chosen_by: Mapped[str] = text("given | test")
+    degree_chosen_by: Mapped[str] = text("given | f-test | leave-one-out")
     target: Mapped[str] = text("geographic: B, L in degrees | grid: N, E in metres")
     crs: Mapped[str | None] = text("CRS of the target; NULL = the photo's ground")
     X0_mm: Mapped[float] = real("centre of the crosses")

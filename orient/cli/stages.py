@@ -12,6 +12,8 @@ from orient.values import Settings
 
 CONTROL = ("auto", "fixed", "weighted")
 VARIANCE = ("posteriori", "priori")
+CHOICE = ("f-test", "leave-one-out")
+RADIUS = ("exact", "polynomial")
 
 
 def register(app: typer.Typer) -> None:
@@ -75,7 +77,7 @@ def run(
 
 
 def refine(project: ProjectPath, message: Reason = "refine", again: Again = False, reject: Reject = None) -> None:
-    """Image coordinates: cycle means, interior orientation, distortion, refraction."""
+    """Image coordinates: cycle means, interior orientation, distortion, refraction, curvature."""
     _stage(project, "refine", _given(reject=reject), message, again)
 
 
@@ -84,13 +86,22 @@ def digitize(
     message: Reason = "digitize",
     again: Again = False,
     degree: Annotated[
-        str | None, typer.Option("--degree", metavar="1...5|auto", help="Degree of the polynomial; auto: by test.")
+        str | None, typer.Option("--degree", metavar="1...5|auto", help="Degree of the polynomial; auto: chosen.")
+    ] = None,
+    choice: Annotated[
+        str | None,
+        typer.Option(
+            "--choice",
+            metavar="|".join(CHOICE),
+            callback=_one_of(CHOICE),
+            help="What chooses a degree that is not given.",
+        ),
     ] = None,
     reject: Reject = None,
 ) -> None:
     """Map points by the polynomial of their sheet, with covariance; bad crosses are named."""
     asked = {} if degree is None else {"degree": _degree(degree)}
-    _stage(project, "digitize", {**_given(reject=reject), **asked}, message, again)
+    _stage(project, "digitize", {**_given(choice=choice, reject=reject), **asked}, message, again)
 
 
 def bl(
@@ -100,9 +111,22 @@ def bl(
     _stage(project, "bl", _given(allow_ballpark=allow_ballpark), message, again)
 
 
-def topocentric(project: ProjectPath, message: Reason = "topocentric", again: Again = False) -> None:
+def topocentric(
+    project: ProjectPath,
+    message: Reason = "topocentric",
+    again: Again = False,
+    radius: Annotated[
+        str | None,
+        typer.Option(
+            "--radius",
+            metavar="|".join(RADIUS),
+            callback=_one_of(RADIUS),
+            help="N exact, or by the paper's polynomial (Krasovsky only).",
+        ),
+    ] = None,
+) -> None:
     """Topocentric coordinates T and T' of all points."""
-    _stage(project, "topocentric", {}, message, again)
+    _stage(project, "topocentric", _given(radius=radius), message, again)
 
 
 def resection(

@@ -5,6 +5,7 @@ ELLIPSOIDAL height; lengths in metres. The origin of the papers is the nadir poi
 point will do. Geocentric X, Y, Z are right-handed: X to B = L = 0, Z along the axis.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from orient.geodesy.ellipsoid import Ellipsoid, prime_vertical_radius
 
 Array = NDArray[np.float64]
+
+Radius = Callable[[Ellipsoid, ArrayLike], Array]
 
 LATITUDE_STEPS = 20
 
@@ -27,7 +30,12 @@ class Origin:
 
 
 def topocentric_from_geographic(
-    B: ArrayLike, L: ArrayLike, H: ArrayLike, origin: Origin, ellipsoid: Ellipsoid
+    B: ArrayLike,
+    L: ArrayLike,
+    H: ArrayLike,
+    origin: Origin,
+    ellipsoid: Ellipsoid,
+    radius: Radius = prime_vertical_radius,
 ) -> Array:
     """T (n, 3) = (X north, Y east, Z up) [m] of points B, L [rad], H [m] (n,), by the closed formulas of seed 004 (2).
 
@@ -38,11 +46,12 @@ def topocentric_from_geographic(
 
     dB = B - B_N, l = L - L_N, V = sqrt(1 + e'^2 cos^2 B), Q = e^2 (N sinB - N_N sinB_N), nu = 2 (N+H) sin^2(l/2).
     Corrected as in EQUATIONS 4 (H - H_N; N from the point's own latitude; Y' and X' of the paper are X and Y here).
-    Exact at any distance, on any ellipsoid, at the poles and across the date line (l enters only as sine).
+    Exact at any distance, on any ellipsoid, at the poles and across the date line (l enters only as sine). `radius`
+    gives N: exact, or the paper's `prime_vertical_polynomial`.
     """
     B, L, H = (np.asarray(value, dtype=np.float64) for value in (B, L, H))
     B_N, dB, l = origin.B, B - origin.B, L - origin.L
-    N, N_N = prime_vertical_radius(ellipsoid, B), prime_vertical_radius(ellipsoid, B_N)
+    N, N_N = radius(ellipsoid, B), radius(ellipsoid, B_N)
     V, V_N = (np.sqrt(1.0 + ellipsoid.ep2 * np.cos(latitude) ** 2) for latitude in (B, np.float64(B_N)))
     nu = 2.0 * (N + H) * np.sin(l / 2.0) ** 2
     dN = N_N * ellipsoid.ep2 * np.sin(dB) * np.sin(B + B_N) / (V * (V_N + V))  # = N - N_N without cancellation

@@ -1,7 +1,8 @@
 """Atmospheric refraction: the image stands dr = +K (r + r^3/f^2) too far out; correction = -K x (1 + r^2/f^2).
 
 K [rad] is the refraction at 45 degrees from the nadir: apparent - true nadir angle = K tan(nadir angle). Near-vertical
-photos of the Earth only. H = camera, h = ground, metres above sea level. EQUATIONS 5.1.
+photos of the Earth only. H = camera, h = ground, metres above sea level. EQUATIONS 5.1. Schut's formula is not offered:
+it is made for aerial photos, negative above 25 km, and below 10 km it says what the integral says.
 """
 
 from itertools import pairwise
@@ -29,6 +30,9 @@ LAYERS = (
     (51_000.0, 270.65, -0.0028),
     (71_000.0, 214.65, -0.002),
 )
+SPACE_COLUMN_M = 2.35
+"""INT (n - 1) dz from the sea to space, as rounded in the formula for space photos."""
+SPACE_FROM_M = 80_000.0
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
@@ -60,6 +64,21 @@ def ardc_constant(H_m: float, h_m: float) -> float:
     return (2410.0 * H / (H * H - 6.0 * H + 250.0) - 2410.0 * h / (h * h - 6.0 * h + 250.0) * h / H) * 1e-6
 
 
+def space_constant(H_m: float, h_m: float) -> float:
+    """K = 2.35 m (p(h)/p(0))/(H - h) [rad], p the pressure of the U.S. Standard Atmosphere 1976: above the air only.
+
+    What is left of the integral when no air is above the camera: the column below weighs p(h). A camera at 80 km or
+    below, or not above the ground, raises GeometryError.
+    """
+    require_camera_above_ground(H_m, h_m)
+    if H_m <= SPACE_FROM_M:
+        raise GeometryError(
+            f"refraction: the formula for space photos holds above {SPACE_FROM_M / 1e3:.0f} km, not at {H_m:.1f} m",
+            "Choose the refraction 'integral', which serves every height.",
+        )
+    return SPACE_COLUMN_M * relative_pressure(h_m) / (H_m - h_m)
+
+
 def correction(xy: ArrayLike, f_mm: float, K: float) -> Array:
     """-K x (1 + r^2/f^2), -K y (1 + r^2/f^2): (n, 2) mm to ADD to xy (n, 2) mm, towards the principal point."""
     image = np.asarray(xy, dtype=np.float64)
@@ -78,19 +97,30 @@ def require_camera_above_ground(H_m: float, h_m: float) -> None:
 
 def refractivity(z_m: Array) -> Array:
     """n - 1 at geometric heights z (n,) [m]: 2.778e-4 rho(z)/rho(0); zero above 86 km."""
+    pressure, kelvin = relative_pressure_and_temperature(z_m)
+    return np.asarray(SEA_LEVEL_REFRACTIVITY * pressure * LAYERS[0][1] / kelvin)
+
+
+def relative_pressure(z_m: float) -> float:
+    """p(z)/p(0) at a geometric height [m]; 0.887 at 1 km, zero above 86 km."""
+    return float(relative_pressure_and_temperature(np.array([z_m]))[0][0])
+
+
+def relative_pressure_and_temperature(z_m: Array) -> tuple[Array, Array]:
+    """p(z)/p(0), zero above 86 km, and T [K] at geometric heights z (n,) [m]."""
     inside_air = np.minimum(z_m, TOP_M)
     geopotential = EARTH_RADIUS_M * inside_air / (EARTH_RADIUS_M + inside_air)
-    result = np.zeros_like(z_m)
+    result, temperatures = np.zeros_like(z_m), np.zeros_like(z_m)
     pressure = 1.0
     for index, (base, temperature, lapse) in enumerate(LAYERS):
         first, last = index == 0, index == len(LAYERS) - 1
         top = np.inf if last else LAYERS[index + 1][0]
         inside = ((geopotential >= base) | first) & (geopotential < top)
-        ratio, kelvin = pressure_ratio(geopotential[inside] - base, temperature, lapse)
-        result[inside] = SEA_LEVEL_REFRACTIVITY * pressure * ratio * LAYERS[0][1] / kelvin
+        ratio, temperatures[inside] = pressure_ratio(geopotential[inside] - base, temperature, lapse)
+        result[inside] = pressure * ratio
         if not last:
             pressure *= float(pressure_ratio(np.array([top - base]), temperature, lapse)[0][0])
-    return np.where(z_m > TOP_M, 0.0, result)
+    return np.where(z_m > TOP_M, 0.0, result), temperatures
 
 
 def pressure_ratio(rise: Array, temperature: float, lapse: float) -> tuple[Array, Array]:

@@ -1,4 +1,4 @@
-"""The ground of photo.toml: [ground], [station] and [refraction] as columns of the table `photo`."""
+"""The ground of photo.toml: [ground], [station], [refraction] and [curvature] as columns of the table `photo`."""
 
 from orient.intake.camera import Columns
 from orient.intake.cells import COORDINATE_LIMIT_M, HIGHEST_M, LOWEST_M
@@ -9,6 +9,9 @@ from orient.intake.numbers import east_of_half_turn, plain
 from orient.intake.toml_file import Section
 
 EXAMPLE = 'Write crs = "EPSG:4284", ellipsoid = "krasovsky", a_m and inverse_flattening, or local = "right"'
+REFRACTION_MODELS = ("none", "integral", "ardc", "space")
+SPACE_FROM_M = 80_000.0
+EARTH_RADIUS_M = 6_371_000.0
 ANGLE_CONVENTIONS = ("opk", "aok", "azk")
 
 
@@ -135,20 +138,58 @@ def _check_angles(station: Section) -> None:
 
 def read_refraction(refraction: Section, columns: Columns) -> Columns:
     """The model, and the height of the camera: its own key, or the height of the station."""
-    model = refraction.word("model", ("none", "integral", "ardc")) or "none"
+    is_schut = refraction.value("model") == "schut"
+    model = "none" if is_schut else refraction.word("model", REFRACTION_MODELS) or "none"
     height = refraction.number("camera_height_m", LOWEST_M, HIGHEST_M, "m")
     if height is None:
         station = columns["station_Z_m" if columns["ground_kind"] == "local" else "station_H_m"]
         height = station if isinstance(station, float) else None
     ground_height = columns["ground_height_m"]
     refraction.finish()
+    if is_schut:
+        _refuse_schut(refraction, height)
     if model != "none" and (height is None or not isinstance(ground_height, float)):
         hint = "Give camera_height_m (or the station) and height_m in [ground]"
         refraction.problem("model", "refraction needs the heights of the camera and of the ground", hint)
     elif model != "none" and isinstance(ground_height, float) and height is not None and height <= ground_height:
         message = f"the camera ({plain(height)} m) is not above the ground ({plain(ground_height)} m)"
         refraction.problem("model", f"refraction: {message}")
+    elif model == "space" and height is not None and height <= SPACE_FROM_M:
+        message = f"model: space holds for cameras above 80,000 m, not at {plain(height)} m"
+        refraction.problem("model", message, 'Write "integral", which serves every height')
     return {"refraction": model, "camera_height_m": height}
+
+
+def _refuse_schut(refraction: Section, height: float | None) -> None:
+    """Schut's formula is known by name, so that the reason can be told."""
+    if height is not None and height > SPACE_FROM_M:
+        message = "model: schut is a formula for aerial photos; it is negative above 25 km and absurd from space"
+        refraction.problem("model", message, 'Write "integral" or "space"')
+    else:
+        message = "model: schut is not offered; it holds to 10 km only and agrees there with the integral"
+        refraction.problem("model", message, 'Write "integral"')
+
+
+def read_curvature(document: Section, columns: Columns) -> Columns:
+    """[curvature] declares that local ground is a map plane with heights: the radius of the datum below it."""
+    if not document.has("curvature"):
+        return {"curvature_radius_m": None}
+    curvature = document.section("curvature")
+    radius = curvature.number("radius_m", 1e3, 1e9, "m")
+    has_radius = curvature.has("radius_m")
+    curvature.finish()
+    if columns["ground_kind"] in ("crs", "ellipsoid"):
+        message = "curvature: topocentric coordinates already contain the curvature of the Earth"
+        curvature.problem("", message, "Leave [curvature] out; it is for local ground that is a map plane with heights")
+    elif not isinstance(columns["camera_height_m"], float) or not isinstance(columns["ground_height_m"], float):
+        hint = "Give camera_height_m in [refraction] (or the station) and height_m in [ground]"
+        curvature.problem("", "curvature needs the heights of the camera and of the ground", hint)
+    elif columns["camera_height_m"] <= columns["ground_height_m"]:
+        heights = (
+            f"({plain(columns['camera_height_m'])} m) is not above the ground ({plain(columns['ground_height_m'])} m)"
+        )
+        curvature.problem("", f"curvature: the camera {heights}")
+    return {"curvature_radius_m": radius if has_radius else EARTH_RADIUS_M}
 
 
 def check_name(section: Section, key: str) -> str | None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from orient.intake.camera import Columns, Mark, check_principal_point, read_camera, read_marks, read_pixels
 from orient.intake.findings import Findings
-from orient.intake.ground import check_name, read_ground, read_refraction, read_station
+from orient.intake.ground import check_name, read_curvature, read_ground, read_refraction, read_station
 from orient.intake.lens import Lens, check_fold, read_lens
 from orient.intake.options import ReadOptions
 from orient.intake.toml_file import Section, read_toml
@@ -46,6 +46,7 @@ def _sections(document: Section) -> tuple[Columns, Lens, list[Mark]]:
     row |= read_ground(document.section("ground"))
     row |= read_station(document.section("station"), row["ground_kind"])
     row |= read_refraction(document.section("refraction"), row)
+    row |= read_curvature(document, row)
     return row, lens, marks
 
 

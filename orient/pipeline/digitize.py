@@ -11,6 +11,7 @@ from orient.pipeline.ground import Ground, ground_of
 from orient.pipeline.tables import Array, columns, group, names, number, or_none, single
 from orient.solvers.cycle_means import CycleMeans, cycle_means
 from orient.solvers.packed import pack_upper
+from orient.solvers.polynomial_degree import F_TEST, LEAVE_ONE_OUT, degree_choices
 from orient.solvers.polynomial_fit import SheetFit, Suspect, fit_sheet, predict, suspects
 from orient.units import RADIANS_PER_DEGREE
 from orient.values import Event, Outcome, Row, Settings, Tables
@@ -25,6 +26,7 @@ class Sheet:
     readings: Sequence[Row]
     ground: Ground
     degree: int | None
+    choice: str
     reject: bool
 
     @property
@@ -48,7 +50,8 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
         name = str(row["sheet"])
         degree = settings["degree"] if settings["degree"] is not None else row["degree"]
         asked = None if degree is None else int(degree)
-        sheet = Sheet(row, crosses[name], readings.get(name, []), ground, asked, bool(settings["reject"]))
+        how = str(settings["choice"]), bool(settings["reject"])
+        sheet = Sheet(row, crosses[name], readings.get(name, []), ground, asked, *how)
         fit, fit_tables, remarks = _fitted(sheet)
         points, cycle_remarks = _points(sheet, fit)
         for table, rows in {**fit_tables, "digitized_point": points}.items():
@@ -66,16 +69,37 @@ def _fitted(sheet: Sheet) -> tuple[SheetFit, dict[str, list[Row]], list[Event]]:
     carries = np.array([row["role"] == "fit" for row in sheet.crosses])
     labels = names(sheet.crosses, "cross")
     given = (XY, target, factors, sheet.degree, carries)
-    bad, cleaned = suspects(*given, sheet=sheet.name, names=labels)
+    bad, cleaned = suspects(*given, choice=sheet.choice, sheet=sheet.name, names=labels)
     rejected = {suspect.index for suspect in bad} if sheet.reject else set()
-    fit = cleaned if rejected else fit_sheet(*given, sheet=sheet.name, names=labels)
+    fit = cleaned if rejected else fit_sheet(*given, choice=sheet.choice, sheet=sheet.name, names=labels)
     tables = {
         "sheet_transform": [_transform_row(sheet, fit)],
         "sheet_coefficient": _coefficient_rows(sheet, fit),
         "sheet_cofactor": _cofactor_rows(sheet, fit),
         "cross_residual": _residual_rows(sheet, fit, bad, rejected),
     }
-    return fit, tables, _bad_crosses(sheet.name, labels, bad, cleaned, bool(rejected))
+    remarks = _two_choices(sheet, fit, XY, target, factors)
+    return fit, tables, remarks + _bad_crosses(sheet.name, labels, bad, cleaned, bool(rejected))
+
+
+def _two_choices(sheet: Sheet, fit: SheetFit, XY: Array, target: Array, factors: Array) -> list[Event]:
+    """A remark when the two rules want different degrees, with what each of them promises for a new point."""
+    if sheet.degree is not None:
+        return []
+    used = fit.is_fit
+    choices = degree_choices(XY[used], target[used], factors[used])
+    if choices.f_test == choices.leave_one_out:
+        return []
+    words = (
+        f"{name} degree {degree}{_predicted(choices.prediction_m.get(degree))}"
+        for name, degree in ((F_TEST, choices.f_test), (LEAVE_ONE_OUT, choices.leave_one_out))
+    )
+    message = f"sheet {sheet.name}: {' and '.join(words)} differ; degree {fit.degree} is used ({sheet.choice})"
+    return [Event("info", "degree_choices", sheet.name, message, float(fit.degree))]
+
+
+def _predicted(error_m: float | None) -> str:
+    return "" if error_m is None else f" (predicts a cross to {error_m:.1f} m)"
 
 
 def _metres_per_unit(target: Array, sheet: Sheet) -> Array:

@@ -1,15 +1,17 @@
 """Stage `refine`: from comparator or pixel readings to image coordinates, every correction in its own column.
 
-Order: mean of the cycles -> interior orientation -> principal point -> lens distortion -> refraction.
+Order: mean of the cycles -> interior orientation -> principal point -> lens distortion -> refraction -> earth curvature
+(only for control on a map plane).
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from orient.errors import OrientError
-from orient.geometry import distortion, plane, refraction
+from orient.geometry import distortion, earth_curvature, plane, refraction
 from orient.pipeline.tables import Array, columns, number, or_none, required, single
 from orient.solvers.cycle_means import CycleMeans, cycle_means
 from orient.solvers.interior_orientation import InteriorFit, fit_interior
@@ -20,6 +22,11 @@ MICROMETRES = 1000.0
 FIDUCIAL = "fiducial"
 MARK_LIMIT = 10.0
 """Residual of a fiducial mark, in sigmas of a reading, that is said to be wrong."""
+REFRACTION = {
+    "integral": refraction.integral_constant,
+    "ardc": refraction.ardc_constant,
+    "space": refraction.space_constant,
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +54,7 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
         raise OrientError("the readings contain no point", 'Add rows with kind = "point" to readings.csv.')
     interior, chosen = _interior(photo, photo_tables.get("fiducial_mark", ()), marks, events)
     rows = _image_points(points, interior, photo, photo_tables)
+    events += _curvature_event(rows, photo)
     residuals = _cycle_rows(readings, cycles)
     tables = {"image_point": rows, "cycle_residual": residuals, **_interior_tables(interior, chosen)}
     return Outcome(tables, events, _summary(rows, cycles, interior))
@@ -148,7 +156,8 @@ def _image_points(points: Means, interior: InteriorFit | None, photo: Row, table
     reduced = frame + principal
     lens = distortion.correction(_distortion(photo, tables), reduced)
     air = _refraction(reduced + lens, photo)
-    image = reduced + lens + air
+    curvature = _curvature(reduced + lens + air, photo)
+    image = reduced + lens + air + curvature
     return [
         {
             "point": point,
@@ -159,6 +168,7 @@ def _image_points(points: Means, interior: InteriorFit | None, photo: Row, table
             **_pair("dx_principal_mm", principal[i]),
             **_pair("dx_distortion_mm", lens[i]),
             **_pair("dx_refraction_mm", air[i]),
+            **_pair("dx_curvature_mm", curvature[i]),
             **_pair("x_mm", image[i]),
             "cov_xx_mm2": float(covariance[i, 0, 0]),
             "cov_xy_mm2": float(covariance[i, 0, 1]),
@@ -207,16 +217,45 @@ def _refraction(xy: Array, photo: Row) -> Array:
             "the refraction formulas hold for a view from above, not for a terrestrial photo",
             'Write [refraction] model = "none" in photo.toml.',
         )
+    height, ground = _heights(photo, "refraction", 'model = "none"')
+    return np.asarray(refraction.correction(xy, required(photo, "f_mm"), REFRACTION[model](height, ground)))
+
+
+def _curvature(xy: Array, photo: Row) -> Array:
+    """(n, 2) correction for ground that is declared to be a map plane with heights; else zero."""
+    radius = number(photo, "curvature_radius_m")
+    if radius is None:
+        return np.zeros_like(xy)
+    if photo["ground_kind"] != "local":
+        raise earth_curvature.needs_no_correction(str(photo["ground_kind"]))
+    height, ground = _heights(photo, "the correction for earth curvature", "no [curvature]")
+    return earth_curvature.correction(xy, required(photo, "f_mm"), height, ground, radius)
+
+
+def _curvature_event(rows: Sequence[Row], photo: Row) -> list[Event]:
+    """Says what was taken for granted, since the correction is wrong for any other ground."""
+    radius = number(photo, "curvature_radius_m")
+    if radius is None:
+        return []
+    largest = MICROMETRES * max(math.hypot(*columns([row], "dx_curvature_mm", "dy_curvature_mm")[0]) for row in rows)
+    message = (
+        f"corrected for the curvature of the Earth (radius {radius:.0f} m) by up to {largest:.1f} um: the ground is "
+        "taken for a map plane with heights"
+    )
+    return [Event("info", "curvature", "", message, largest)]
+
+
+def _heights(photo: Row, what: str, instead: str) -> tuple[float, float]:
+    """Heights of the camera and of the ground."""
     height = number(photo, "camera_height_m")
     height = number(photo, "station_H_m") if height is None else height
     ground = number(photo, "ground_height_m")
     if height is None or ground is None:
         raise OrientError(
-            "refraction needs the heights of the camera and of the ground",
-            'Give camera_height_m and height_m in photo.toml, or model = "none".',
+            f"{what} needs the heights of the camera and of the ground",
+            f"Give camera_height_m and height_m in photo.toml, or {instead}.",
         )
-    constant = refraction.ardc_constant if model == "ardc" else refraction.integral_constant
-    return np.asarray(refraction.correction(xy, required(photo, "f_mm"), constant(height, ground)))
+    return height, ground
 
 
 def _cycle_rows(readings: Sequence[Row], cycles: CycleMeans) -> list[Row]:

@@ -50,7 +50,7 @@ STAGES = (
     Stage(
         "refine",
         1,
-        "image coordinates: cycle means, interior orientation, distortion, refraction",
+        "image coordinates: cycle means, interior orientation, distortion, refraction, curvature",
         required=("photo", "readings"),
         settings={"reject": False},
     ),
@@ -59,7 +59,7 @@ STAGES = (
         1,
         "map points: polynomial of each sheet",
         required=("photo", "sheet"),
-        settings={"degree": None, "reject": False},
+        settings={"degree": None, "choice": "f-test", "reject": False},
     ),
     Stage(
         "bl",
@@ -76,6 +76,7 @@ STAGES = (
         1,
         "topocentric coordinates T and T'",
         required=("photo", "bl"),
+        settings={"radius": "exact"},
     ),
     Stage(
         "resection",

@@ -10,11 +10,15 @@ import numpy as np
 
 from orient.errors import OrientError
 from orient.geodesy.convergence import convergence
-from orient.geodesy.topocentric import Origin, horizon_axes, topocentric_from_geographic, turn_to_grid
+from orient.geodesy.ellipsoid import prime_vertical_polynomial, prime_vertical_radius
+from orient.geodesy.topocentric import Origin, Radius, horizon_axes, topocentric_from_geographic, turn_to_grid
 from orient.pipeline.ground import Ground, ground_of
 from orient.pipeline.tables import Array, columns, covariance_columns, covariances, number, single
 from orient.units import DEGREES_PER_RADIAN, RADIANS_PER_DEGREE
 from orient.values import Event, Outcome, Row, Settings, Tables
+
+EXACT = "exact"
+RADII: Mapping[str, Radius] = {EXACT: prime_vertical_radius, "polynomial": prime_vertical_polynomial}
 
 
 def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
@@ -22,7 +26,10 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     photo = single(inputs["photo"], "photo")
     ground = ground_of(photo)
     points = inputs["bl"]["geographic_point"]
+    radius = str(settings.get("radius", EXACT))
     if ground.is_local:
+        if radius != EXACT:
+            raise OrientError("local Cartesian ground has no radius N", "Leave it at --radius exact.")
         return _pass_through(points, ground)
     origin = _origin(photo, points)
     gamma = 0.0
@@ -30,7 +37,8 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
         gamma = float(convergence(origin.B, origin.L, ground.central_meridian, ground.figure))
     place, known = _assumed(columns(points, "B_deg", "L_deg", "H_m"), origin)
     latitude, longitude = place[:, 0] * RADIANS_PER_DEGREE, place[:, 1] * RADIANS_PER_DEGREE
-    in_t = topocentric_from_geographic(latitude, longitude, place[:, 2], origin, ground.figure)
+    given = (latitude, longitude, place[:, 2], origin, ground.figure)
+    in_t = topocentric_from_geographic(*given, RADII[radius])
     to_t_prime = _grid_turn(gamma) @ horizon_axes(latitude, longitude, origin)
     covariance = to_t_prime @ covariances(points) @ to_t_prime.transpose(0, 2, 1)
     rows = _rows(points, known, in_t, turn_to_grid(in_t, gamma), to_t_prime[:, :, 2], covariance)
@@ -45,7 +53,19 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
         "e2": ground.figure.e2,
     }
     summary = f"{len(rows)} points, gamma {gamma * DEGREES_PER_RADIAN:+.6f} deg"
-    return Outcome({"topocentric_frame": [frame], "topocentric_point": rows}, _partial_events(rows), summary)
+    events = _partial_events(rows)
+    if radius != EXACT:
+        events.append(_radius_event(points, in_t - topocentric_from_geographic(*given)))
+    return Outcome({"topocentric_frame": [frame], "topocentric_point": rows}, events, summary)
+
+
+def _radius_event(points: Sequence[Row], difference: Array) -> Event:
+    """How far the historical N moves the points (n, 3)."""
+    lengths = np.linalg.norm(difference, axis=1)
+    worst = int(np.argmax(lengths))
+    largest, point = float(lengths[worst]), str(points[worst]["point"])
+    message = f"N by the paper's polynomial: coordinates are up to {largest:.1e} m off the exact ones (point {point})"
+    return Event("info", "radius_polynomial", point, message, largest)
 
 
 def _pass_through(points: Sequence[Row], ground: Ground) -> Outcome:

@@ -8,20 +8,25 @@ from numpy.typing import NDArray
 
 from orient.errors import GeometryError
 from orient.geometry import polynomial
-from orient.solvers.outlier_test import LEVEL, ShiftTest, f_probability, mean_shift_test
+from orient.solvers.outlier_test import LEVEL, ShiftTest, mean_shift_test
+from orient.solvers.polynomial_degree import (
+    F_TEST,
+    HIGHEST_DEGREE,
+    choose_degree,
+    condition_ratio,
+    design,
+    frame,
+    rounding_m,
+    terms,
+)
 
 Vector = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-HIGHEST_DEGREE = 5
-DEGREE_LEVEL = 0.05
-"""A higher degree is taken when its gain would come by chance in less than one of 20 sheets."""
 LINE_RATIO = 1e-3
 """Width to length of the crosses below which they are one line: a quarter of a millimetre on half a metre of paper."""
 SINGULAR_RATIO = 1e-4
 """Singular-value ratio that is lost in the reading error of a map: refused."""
-WEAK_RATIO = 1e-3
-"""Singular-value ratio below which a degree is not taken unless it is given."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +83,7 @@ def fit_sheet(
     degree: int | None = None,
     is_fit: Mask | None = None,
     *,
+    choice: str = F_TEST,
     sheet: str = "",
     names: Sequence[str] = (),
 ) -> SheetFit:
@@ -87,8 +93,7 @@ def fit_sheet(
     target at each cross (M rho, N cos B rho; ones for a grid); `is_fit` (n,) crosses that carry the fit, all by
     default; `sheet`, `names` for the messages. v = polynomial - given.
 
-    Without a `degree` a sequential F test (5 %, both coordinates) goes up from 1 while the next degree leaves a
-    redundancy of two crosses, and ends after two steps that gain nothing.
+    Without a `degree` it is chosen by `choice`: "f-test" or "leave-one-out" (`polynomial_degree`).
 
     Refuses (GeometryError) too few crosses, crosses on one line or on a curve of the degree, two crosses in one place.
     Source: seed 004, equation (1).
@@ -99,9 +104,9 @@ def fit_sheet(
     _refuse_few(int(used.sum()), degree, title)
     _refuse_repeated(XY[used], [label for label, is_used in zip(labels, used, strict=True) if is_used], title)
     _refuse_line(XY[used], title)
-    chosen = degree if degree is not None else _choose_degree(XY[used], target[used], metres_per_unit[used])
+    chosen = degree if degree is not None else choose_degree(XY[used], target[used], metres_per_unit[used], choice)
     _refuse_curve(XY[used], chosen, title)
-    return _fit(XY, target, metres_per_unit, chosen, used, "test" if degree is None else "given")
+    return _fit(XY, target, metres_per_unit, chosen, used, choice if degree is None else "given")
 
 
 def predict(fit: SheetFit, XY: Vector) -> SheetPrediction:
@@ -121,6 +126,7 @@ def suspects(
     degree: int | None = None,
     is_fit: Mask | None = None,
     *,
+    choice: str = F_TEST,
     sheet: str = "",
     names: Sequence[str] = (),
 ) -> tuple[tuple[Suspect, ...], SheetFit]:
@@ -131,12 +137,12 @@ def suspects(
     """
     used = np.ones(len(XY), dtype=np.bool_) if is_fit is None else is_fit.astype(np.bool_)
     found: list[Suspect] = []
-    fit = fit_sheet(XY, target, metres_per_unit, degree, used, sheet=sheet, names=names)
+    fit = fit_sheet(XY, target, metres_per_unit, degree, used, choice=choice, sheet=sheet, names=names)
     while (suspect := _worst(fit)) is not None:
         found.append(suspect)
         used = used & (np.arange(len(XY)) != suspect.index)
         try:
-            fit = fit_sheet(XY, target, metres_per_unit, degree, used, sheet=sheet, names=names)
+            fit = fit_sheet(XY, target, metres_per_unit, degree, used, choice=choice, sheet=sheet, names=names)
         except GeometryError:
             # without this cross the sheet is not determined: name it, but keep the fit that exists
             break
@@ -152,8 +158,8 @@ def _worst(fit: SheetFit) -> Suspect | None:
 
 
 def _fit(XY: Vector, target: Vector, metres_per_unit: Vector, degree: int, used: Mask, chosen_by: str) -> SheetFit:
-    centre, scale = _frame(XY[used])
-    F = _design((XY - centre) / scale, degree)
+    centre, scale = frame(XY[used])
+    F = design((XY - centre) / scale, degree)
     # numbers such as 6 213 023 m would cost digits in the coefficients of small terms
     origin = np.mean(target[used], axis=0)
     Q_factor, R_factor = np.linalg.qr(F[used])
@@ -170,7 +176,7 @@ def _fit(XY: Vector, target: Vector, metres_per_unit: Vector, degree: int, used:
         scale_mm=scale,
         coefficients=coefficients,
         cofactor=R_inverse @ R_inverse.T,
-        condition_ratio=_condition_ratio(XY[used], degree),
+        condition_ratio=condition_ratio(XY[used], degree),
         redundancy=redundancy,
         sigma0=_sigma0(residuals[used], redundancy),
         sigma0_m=_sigma0(residuals[used] * metres_per_unit[used], redundancy),
@@ -186,55 +192,12 @@ def _shift(
 ) -> ShiftTest:
     # one mean factor for the sheet: residuals stay a projection of the errors, as the F distribution demands
     factor = np.mean(metres_per_unit, axis=0)
-    test = mean_shift_test(residuals * factor, numbers, redundancy, _rounding_m(target, metres_per_unit))
+    test = mean_shift_test(residuals * factor, numbers, redundancy, rounding_m(target, metres_per_unit))
     place = np.cumsum(used) - 1
     return ShiftTest(
         tuple(test.statistic[k] if is_used else None for k, is_used in zip(place, used, strict=True)),
         tuple(test.probability[k] if is_used else None for k, is_used in zip(place, used, strict=True)),
     )
-
-
-def _choose_degree(XY: Vector, target: Vector, metres_per_unit: Vector) -> int:
-    """The degree that is worth its coefficients: F = ((V_d - V_e)/(2 (m_e - m_d))) / (V_e/(2 r_e)), e > d."""
-    n = len(XY)
-    factor = np.mean(metres_per_unit, axis=0)
-    noise = _rounding_m(target, metres_per_unit)
-    chosen, idle = 1, 0
-    square = _sum_of_squares(XY, target * factor, chosen)
-    for degree in range(2, HIGHEST_DEGREE + 1):
-        redundancy = n - _terms(degree)
-        if idle == 2 or redundancy < 2 or _condition_ratio(XY, degree) < WEAK_RATIO:
-            break
-        candidate = _sum_of_squares(XY, target * factor, degree)
-        added = 2 * (_terms(degree) - _terms(chosen))
-        rest = max(candidate / (2 * redundancy), noise**2)
-        gain = np.asarray(max(square - candidate, 0.0) / added / rest)
-        if f_probability(gain, added, 2 * redundancy) < DEGREE_LEVEL:
-            chosen, square, idle = degree, candidate, 0
-        else:
-            idle += 1
-    return chosen
-
-
-def _sum_of_squares(XY: Vector, target_m: Vector, degree: int) -> float:
-    centre, scale = _frame(XY)
-    F = _design((XY - centre) / scale, degree)
-    Q_factor = np.linalg.qr(F)[0]
-    centred = target_m - np.mean(target_m, axis=0)
-    return float(np.sum((centred - Q_factor @ (Q_factor.T @ centred)) ** 2))
-
-
-def _design(uv: Vector, degree: int) -> Vector:
-    return polynomial.design(uv[:, 0], uv[:, 1], degree)
-
-
-def _terms(degree: int) -> int:
-    return (degree + 1) * (degree + 2) // 2
-
-
-def _frame(XY: Vector) -> tuple[Vector, float]:
-    low, high = np.min(XY, axis=0), np.max(XY, axis=0)
-    return (low + high) / 2.0, float(np.max(high - low)) / 2.0
 
 
 def _sigma0(residuals: Vector, redundancy: int) -> Vector | None:
@@ -249,27 +212,10 @@ def _spread(values: Vector, used: Mask) -> Vector:
     return spread
 
 
-def _rounding_m(target: Vector, metres_per_unit: Vector) -> float:
-    return float(np.max(np.abs(target * metres_per_unit))) * 32.0 * np.finfo(np.float64).eps
-
-
-def _principal_axes(XY: Vector) -> Vector:
-    """Crosses along their principal axes, each axis stretched to -1 ... 1: a narrow strip is not a weak sheet."""
-    centred = XY - np.mean(XY, axis=0)
-    along = centred @ np.linalg.svd(centred, full_matrices=False)[2].T
-    return np.asarray(along / np.max(np.abs(along), axis=0))
-
-
-def _condition_ratio(XY: Vector, degree: int) -> float:
-    """Smallest to largest singular value of the design matrix on the principal axes of the crosses."""
-    singular = np.linalg.svd(_design(_principal_axes(XY), degree), compute_uv=False)
-    return float(singular[-1] / singular[0])
-
-
 def _refuse_few(n: int, degree: int | None, title: str) -> None:
     if degree is not None and not 1 <= degree <= HIGHEST_DEGREE:
         raise GeometryError(f"{title}: degree {degree} is not in 1 ... {HIGHEST_DEGREE}")
-    needed = _terms(degree) if degree is not None else _terms(1) + 1
+    needed = terms(degree) if degree is not None else terms(1) + 1
     if n >= needed:
         return
     if degree is None:
@@ -305,7 +251,7 @@ def _refuse_line(XY: Vector, title: str) -> None:
 
 
 def _refuse_curve(XY: Vector, degree: int, title: str) -> None:
-    if degree > 1 and _condition_ratio(XY, degree) < SINGULAR_RATIO:
+    if degree > 1 and condition_ratio(XY, degree) < SINGULAR_RATIO:
         raise GeometryError(
             f"{title}: the {len(XY)} crosses lie on one curve of degree {degree} (such as {degree} straight rows), "
             f"so that degree {degree} is not determined",

@@ -170,20 +170,22 @@ ORDER BY e.run_id, e.seq;
 --   y_comparator_mm: mean of the cycles
 --   x_frame_mm: after the interior orientation
 --   y_frame_mm: after the interior orientation
---   dx_mm: sum of principal point, distortion and refraction
---   dy_mm: sum of principal point, distortion and refraction
+--   dx_mm: sum of principal point, distortion, refraction and curvature
+--   dy_mm: sum of principal point, distortion, refraction and curvature
 --   distortion_mm: length of the distortion correction
 --   refraction_mm: length of the refraction correction
+--   curvature_mm: length of the earth-curvature correction
 --   x_mm: image coordinate, origin at the principal point
 --   y_mm: image coordinate, origin at the principal point
 --   sigma_x_mm: standard deviation of x
 --   sigma_y_mm: standard deviation of y
 CREATE VIEW v_correction AS
 SELECT v.version, v.is_current, p.point, p.n_cycles, p.x_comparator_mm, p.y_comparator_mm, p.x_frame_mm, p.y_frame_mm,
-       p.dx_principal_mm + p.dx_distortion_mm + p.dx_refraction_mm AS dx_mm,
-       p.dy_principal_mm + p.dy_distortion_mm + p.dy_refraction_mm AS dy_mm,
+       p.dx_principal_mm + p.dx_distortion_mm + p.dx_refraction_mm + p.dx_curvature_mm AS dx_mm,
+       p.dy_principal_mm + p.dy_distortion_mm + p.dy_refraction_mm + p.dy_curvature_mm AS dy_mm,
        sqrt(p.dx_distortion_mm * p.dx_distortion_mm + p.dy_distortion_mm * p.dy_distortion_mm) AS distortion_mm,
        sqrt(p.dx_refraction_mm * p.dx_refraction_mm + p.dy_refraction_mm * p.dy_refraction_mm) AS refraction_mm,
+       sqrt(p.dx_curvature_mm * p.dx_curvature_mm + p.dy_curvature_mm * p.dy_curvature_mm) AS curvature_mm,
        p.x_mm, p.y_mm, sqrt(p.cov_xx_mm2) AS sigma_x_mm, sqrt(p.cov_yy_mm2) AS sigma_y_mm
 FROM image_point AS p JOIN v_version AS v ON v.run_id = p.run_id
 ORDER BY p.run_id, p.point;

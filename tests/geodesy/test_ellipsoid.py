@@ -1,8 +1,19 @@
+import re
+
 import numpy as np
 import pytest
 
 from orient.errors import OrientError
-from orient.geodesy.ellipsoid import KRASOVSKY, MOON, meridian_radius, named_ellipsoid, prime_vertical_radius
+from orient.geodesy.ellipsoid import (
+    BESSEL,
+    KRASOVSKY,
+    MOON,
+    WGS84,
+    meridian_radius,
+    named_ellipsoid,
+    prime_vertical_polynomial,
+    prime_vertical_radius,
+)
 from tests.jacobian import central_difference
 
 
@@ -69,3 +80,22 @@ def test_friendly_figures_agree_with_proj():
         figures, found = get_ellps_map()[theirs], named_ellipsoid(ours)
         assert found.a_m == figures["a"]
         assert found.b_m == pytest.approx(figures.get("b", figures["a"] * (1 - 1 / figures.get("rf", 1e99))), abs=1e-3)
+
+
+def test_the_polynomial_of_N_is_within_a_quarter_of_a_millimetre():
+    """EQUATIONS 4: at most 0.22 mm, at the pole."""
+    B = np.radians(np.linspace(0.0, 90.0, 901))
+    difference = np.abs(prime_vertical_polynomial(KRASOVSKY, B) - prime_vertical_radius(KRASOVSKY, B))
+    assert 1e3 * np.max(difference) == pytest.approx(0.22, abs=0.005)
+    assert np.max(difference) == difference[-1]
+    assert prime_vertical_polynomial(KRASOVSKY, 0.0) == 6378245.0
+
+
+@pytest.mark.parametrize("ellipsoid", [WGS84, BESSEL, MOON], ids=lambda ellipsoid: ellipsoid.name)
+def test_the_polynomial_of_N_names_the_ellipsoid_that_it_does_not_fit(ellipsoid):
+    with pytest.raises(OrientError, match="for the Krasovsky ellipsoid only, not for " + re.escape(ellipsoid.name)):
+        prime_vertical_polynomial(ellipsoid, 0.7)
+
+
+def test_the_figures_of_krasovsky_under_any_name_are_krasovsky():
+    assert prime_vertical_polynomial(named_ellipsoid("6378245/298.3"), 0.0) == 6378245.0

@@ -1,11 +1,13 @@
+from itertools import product
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyproj import Transformer
+from pyproj import Geod, Transformer
 
 from orient.geodesy.convergence import convergence
-from orient.geodesy.ellipsoid import KRASOVSKY, MOON, WGS84
+from orient.geodesy.ellipsoid import KRASOVSKY, MOON, WGS84, prime_vertical_polynomial
 from orient.geodesy.topocentric import (
     Origin,
     geocentric_from_geographic,
@@ -47,6 +49,33 @@ def test_the_vector_of_the_equations():
     assert np.degrees(gamma) == pytest.approx(1.356620170358, abs=2e-9)
     T_grid = turn_to_grid(T, np.radians(1.356620170358))
     np.testing.assert_allclose(T_grid, [[113448.8444978, 77943.6554395, -1886.5146518]], rtol=0, atol=6e-7)
+
+
+@pytest.mark.parametrize(
+    ("B_N", "errors"),
+    [
+        # largest error of the N polynomial [m] at 50, 100, 200, 300 km (EQUATIONS 4.1)
+        (0.0, [1e-9, 1e-9, 2e-8, 5e-8]),
+        (30.0, [2e-7, 5e-7, 1e-6, 2e-6]),
+        (42.7, [6e-7, 1e-6, 2e-6, 3e-6]),
+        (60.0, [5e-7, 1e-6, 2e-6, 4e-6]),
+        (80.0, [2e-6, 3e-6, 7e-6, 1e-5]),
+    ],
+)
+def test_the_table_of_the_N_polynomial(B_N, errors):
+    """24 azimuths, heights 0, 1500, 3000 m, H_N 0, 500, 2000 m; the table has one digit."""
+    for km, error in zip((50.0, 100.0, 200.0, 300.0), errors, strict=True):
+        L, B, _ = Geod(ellps="krass").fwd(
+            np.full(24, 23.0), np.full(24, B_N), np.arange(24) * 15.0, np.full(24, km * 1e3)
+        )
+        found = 0.0
+        for H_N, H in product((0.0, 500.0, 2000.0), (0.0, 1500.0, 3000.0)):
+            given = (np.radians(B), np.radians(L), H, Origin(np.radians(B_N), np.radians(23.0), H_N), KRASOVSKY)
+            difference = topocentric_from_geographic(*given, prime_vertical_polynomial) - topocentric_from_geographic(
+                *given
+            )
+            found = max(found, float(np.max(np.abs(difference))))
+        assert found == pytest.approx(error, rel=0.51, abs=1e-9)
 
 
 def test_iogp_geographic_to_topocentric():

@@ -106,6 +106,21 @@ def test_distort_undoes_the_correction(model, x, y):
     np.testing.assert_allclose(distort(model, ideal), measured, rtol=0, atol=3e-12)
 
 
+@pytest.mark.parametrize("direction", ["correction", "displacement", "ideal_to_distorted"])
+@given(
+    st.floats(-3e-4, 3e-4), st.floats(-2e-8, 2e-8), st.floats(-1e-12, 1e-12),
+    st.floats(-2e-6, 2e-6), st.floats(-2e-6, 2e-6),
+    st.floats(-80, 80), st.floats(-80, 80),
+)  # fmt: skip
+def test_brown_goes_both_ways(direction, k0, k1, k2, p1, p2, x, y):
+    """Any lens of an aerial camera, in all three directions: there and back, and back and there."""
+    model = Distortion("brown", direction, {"k0": k0, "k1": k1, "k2": k2, "p1": p1, "p2": p2})
+    place = np.array([[x, y]])
+    np.testing.assert_allclose(distort(model, place + correction(model, place)), place, rtol=0, atol=3e-12)
+    measured = distort(model, place)
+    np.testing.assert_allclose(measured + correction(model, measured), place, rtol=0, atol=3e-12)
+
+
 @pytest.mark.parametrize("model", MODELS, ids=IDS)
 def test_field_jacobian(model):
     for point in np.random.default_rng(5).uniform(-35, 35, (6, 2)):

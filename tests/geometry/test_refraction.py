@@ -25,6 +25,46 @@ def test_the_table_of_the_equations(H, h, integral, ardc):
     assert refraction.ardc_constant(1e3 * H, 1e3 * h) * 1e6 == pytest.approx(ardc, abs=last_digit)
 
 
+@pytest.mark.parametrize(("h", "integral"), [(0.0, 9.394e-6), (1e3, 8.368e-6)])
+def test_the_formula_for_space_is_the_integral_above_the_air(h, integral):
+    """2.35 m stand for 2.3485 m."""
+    found = refraction.space_constant(250e3, h)
+    assert found == pytest.approx(integral, rel=8e-4)
+    assert found == pytest.approx(refraction.integral_constant(250e3, h), rel=8e-4)
+
+
+def test_the_formula_for_space_by_hand():
+    """p(1 km)/p(0) = 0.887 (EQUATIONS 5.1); 0.89876 kPa/101.325 kPa in table 1 of the standard atmosphere."""
+    assert refraction.relative_pressure(0.0) == 1.0
+    assert refraction.relative_pressure(1000.0) == pytest.approx(0.89876 / 1.01325, rel=1e-4)
+    assert refraction.relative_pressure(90e3) == 0.0
+    assert refraction.space_constant(200e3, 1000.0) == pytest.approx(2.35 * 0.887 / 199e3, rel=1e-4)
+
+
+@pytest.mark.parametrize("H", [80e3, 10e3])
+def test_the_formula_for_space_is_refused_in_the_air(H):
+    with pytest.raises(GeometryError, match=rf"holds above 80 km, not at {H:.1f} m"):
+        refraction.space_constant(H, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("nadir_deg", "ray_urad", "by_K_urad"),
+    [
+        (5, 0.852, 0.822),
+        (10, 1.720, 1.656),
+        (20, 3.571, 3.419),
+        (27.5, 5.149, 4.890),
+        (33, 6.480, 6.101),
+        (45, 10.33, 9.394),
+    ],
+)
+def test_K_tan_of_the_nadir_angle_from_space(nadir_deg, ray_urad, by_K_urad):
+    """EQUATIONS 5.1: flat layers give up to 10 % less than ray tracing through a spherical atmosphere."""
+    tangent = np.tan(np.radians(nadir_deg))
+    assert 1e6 * refraction.integral_constant(250e3, 0.0) * tangent == pytest.approx(by_K_urad, abs=6e-4)
+    assert 1e6 * refraction.space_constant(250e3, 0.0) * tangent == pytest.approx(ray_urad, rel=0.1)
+
+
 def test_the_whole_atmosphere():
     assert refraction.refractivity_column(0.0, 1e6) == pytest.approx(2.3485, abs=5e-5)
 
@@ -49,7 +89,9 @@ def test_correction_points_to_the_principal_point():
     np.testing.assert_array_equal(found[1], 0.0)
 
 
-@pytest.mark.parametrize("constant", [refraction.integral_constant, refraction.ardc_constant])
+@pytest.mark.parametrize(
+    "constant", [refraction.integral_constant, refraction.ardc_constant, refraction.space_constant]
+)
 def test_a_camera_below_the_ground_is_refused(constant):
     with pytest.raises(GeometryError, match=r"camera \(500.0 m\) is not above the ground \(600.0 m\)"):
         constant(500.0, 600.0)

@@ -62,7 +62,9 @@ CASES = (
     Case(
         "n37-map-graticule",
         "expected_all.json",
-        add_list("sheet", *(f"n37-map-graticule/{name}" for name in ("crosses_all.csv", "digitizer.csv", "sheet.toml"))),
+        add_list(
+            "sheet", *(f"n37-map-graticule/{name}" for name in ("crosses_all.csv", "digitizer.csv", "sheet.toml"))
+        ),
     ),
     Case("simulated-space-krasovsky"),
 )

@@ -129,7 +129,7 @@ class TestDegree:
         target = warped(XY, degree)
         noise = np.random.default_rng(8).normal(0.0, 20.0, target.shape)
         fit = fit_sheet(XY, target + noise, np.ones_like(target))
-        assert (fit.degree, fit.degree_chosen_by) == (degree, "test")
+        assert (fit.degree, fit.degree_chosen_by) == (degree, "f-test")
 
     def test_a_useless_degree_is_taken_in_about_one_of_twenty_sheets(self):
         random, XY = np.random.default_rng(21), grid(5, 5)

@@ -96,3 +96,63 @@ def test_an_unknown_that_no_observation_touches_is_named() -> None:
 def test_strong_correlations_name_the_pair() -> None:
     Q = np.array([[4.0, 3.96, 0.0], [3.96, 4.0, 0.1], [0.0, 0.1, 1.0]])
     assert strong_correlations(Q, ("a", "b", "c")) == (("a", "b", pytest.approx(0.99)),)
+
+
+@dataclass(frozen=True)
+class Steps:
+    """An adjustment whose corrections are given: the state counts the iterations, v'Pv falls in all of them."""
+
+    corrections: tuple[float | tuple[float, ...], ...]
+    scales: tuple[float, ...] = (1.0,)
+
+    def linearise(self, state: int) -> Linear:
+        scales = np.array(self.scales)
+        rho = -np.atleast_1d(self.corrections[state]) / scales
+        return Linear(2.0**-state, np.eye(len(scales)), rho, scales)
+
+    def corrected(self, state: int, linear: Linear, corrections: FloatArray) -> tuple[int, float]:
+        return state + 1, 0.0
+
+
+def printed_criterion(corrections: tuple[float, ...], W: float, eps: float = 1e-10) -> int | None:
+    """Seed 004 (5) as printed, dW^(k+1)/W - dW^(k)/W <= eps: the iterations after which it stops, None for never."""
+    with np.errstate(all="ignore"):
+        differences = np.diff(np.array(corrections) / np.float64(W))
+    stops = np.flatnonzero(differences <= eps)
+    return int(stops[0]) + 2 if len(stops) else None
+
+
+def test_printed_criterion_takes_divergence_for_convergence() -> None:
+    """(i) Corrections 0.1, then -5: their difference is -5.1, which is less than any eps."""
+    corrections = (0.1, -5.0, 250.0, -1.25e4, 6e5)
+    assert printed_criterion(corrections, W=1.0) == 2
+    end = iterate(Steps(corrections), 0, max_iterations=4)
+    assert end.termination is Termination.MAX_ITERATIONS
+    assert [step.max_scaled_step for step in end.steps] == pytest.approx([0.1, 5.0, 250.0, 1.25e4])
+
+
+def test_printed_criterion_stops_at_constant_steps() -> None:
+    """(ii) Corrections 1, 1, 1: the difference is 0, the unknown still walks."""
+    corrections = (1.0,) * 8
+    assert printed_criterion(corrections, W=1.0) == 2
+    end = iterate(Steps(corrections), 0, max_iterations=7)
+    assert end.termination is Termination.MAX_ITERATIONS
+    assert len(end.steps) == 7
+
+
+def test_printed_criterion_divides_by_an_angle_of_zero() -> None:
+    """(iii) W = 0, an angle of a vertical photo: minus infinity stops at once, and infinity less itself never does."""
+    corrections = (0.3, -0.02, 1e-4, 1e-7, 1e-13, 0.0)
+    assert printed_criterion(corrections, W=0.0) == 2
+    assert printed_criterion((0.3, 0.02, 1e-4, 1e-7, 1e-13, 0.0), W=0.0) is None
+    end = iterate(Steps(corrections), 0)
+    assert end.termination is Termination.CONVERGED
+    assert [step.max_scaled_step for step in end.steps] == pytest.approx(np.abs(corrections[:5]))
+
+
+def test_the_criterion_is_the_largest_step_over_its_scale() -> None:
+    """max_i |delta_i|/s_i <= eps: a length of 5e-3 m counts as 1e-6 of a distance of 5000 m."""
+    corrections = ((1e-12, 50.0), (1e-12, -6e-3), (1e-12, 4e-3), (0.0, 0.0))
+    end = iterate(Steps(corrections, scales=(1.0, 5000.0)), 0, tolerance=1e-6)
+    assert end.termination is Termination.CONVERGED
+    assert [step.max_scaled_step for step in end.steps] == pytest.approx([1e-2, 1.2e-6, 0.8e-6])

@@ -1,0 +1,199 @@
+"""Z_kk <- sqrt(Z_kk), Z_kj <- Z_kj / Z_kk, Z_ij <- Z_ij - Z_ki Z_kj: what Algorithm Z makes of the bordered matrix.
+
+Source: seed 000, equations (14)-(16), corrected.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orient.solvers.packed import packed_index
+
+FloatArray = NDArray[np.float64]
+IndexArray = NDArray[np.intp]
+
+RANK_DEFECT = 1e-13
+"""A pivot below this part of its N_kk is the rounding of the sums: the unknown depends on those before it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reduction:
+    """[R, rho; ., v'Pv] of the short form, U = m: the solution of v = B X + F, v'Pv -> min.
+
+    `packed`: the reduced triangle; `names` of the m unknowns; `n_equations` of positive weight; `defect`: index of the
+    unknown whose pivot vanished, None if none: X, Q_x and what follows from them are NaN then.
+    """
+
+    packed: FloatArray
+    names: tuple[str, ...]
+    n_equations: int
+    defect: int | None
+
+    @property
+    def is_determined(self) -> bool:
+        """Did the m steps find m pivots?"""
+        return self.defect is None
+
+    @property
+    def undetermined(self) -> str:
+        """Name of the unknown that the equations do not determine beside those before it; "" if there is none."""
+        return "" if self.defect is None else self.names[self.defect]
+
+    @property
+    def smallest_pivot(self) -> float:
+        """min_k R_kk^2 / N_kk: the share of an unknown that those before it leave; 0 if one is undetermined."""
+        if not self.is_determined:
+            return 0.0
+        R = self.R
+        return float(np.min(np.diag(R) ** 2 / np.sum(R**2, axis=0)))
+
+    @property
+    def R(self) -> FloatArray:
+        """Upper triangle (m, m), R'R = N = B'PB."""
+        m = len(self.names)
+        return self._upper()[:m, :m]
+
+    @property
+    def rho(self) -> FloatArray:
+        """R^-T M (m,), M = B'PF."""
+        m = len(self.names)
+        return self._upper()[:m, m]
+
+    @property
+    def R_bar_inverse(self) -> FloatArray:
+        """[R, rho; 0, 1]^-1 = [R^-1, X; 0, 1] (m + 1, m + 1), seed 000 (15)."""
+        m = len(self.names)
+        if not self.is_determined:
+            return np.full((m + 1, m + 1), np.nan)
+        R_bar = self._upper()[: m + 1, : m + 1]
+        R_bar[m, m] = 1.0
+        return np.asarray(np.linalg.inv(R_bar))
+
+    @property
+    def X(self) -> FloatArray:
+        """-R^-1 rho (m,)."""
+        return np.asarray(self.R_bar_inverse[:-1, -1])
+
+    @property
+    def Q_x(self) -> FloatArray:
+        """R^-1 (R^-1)' (m, m), seed 000 (16)."""
+        R_inverse = self.R_bar_inverse[:-1, :-1]
+        return np.asarray(R_inverse @ R_inverse.T)
+
+    @property
+    def vPv(self) -> float:
+        """F'PF - rho'rho, 0 where rounding makes it negative; a difference of large numbers when F is large."""
+        m = len(self.names)
+        return max(float(self._upper()[m, m]), 0.0) if self.is_determined else np.nan
+
+    @property
+    def redundancy(self) -> int:
+        """n - m."""
+        return self.n_equations - len(self.names)
+
+    @property
+    def sigma0(self) -> float:
+        """sqrt(v'Pv / (n - m)); NaN without redundancy."""
+        return float(np.sqrt(self.vPv / self.redundancy)) if self.redundancy > 0 else np.nan
+
+    def residuals(self, B: FloatArray, F: FloatArray) -> FloatArray:
+        """v = B X + F, in the shape of F (..., n)."""
+        return np.asarray(B @ self.X + F)
+
+    def adjusted_cofactors(self, B: FloatArray) -> FloatArray:
+        """Q_Lhat = T'T = B N^-1 B' of groups of equations: B (..., g, m) -> (..., g, g)."""
+        T_transposed = B @ self.R_bar_inverse[:-1, :-1]
+        return np.asarray(T_transposed @ np.swapaxes(T_transposed, -1, -2))
+
+    def residual_cofactors(self, B: FloatArray, Q_L: FloatArray) -> FloatArray:
+        """Q_v = Q_L - B N^-1 B' of groups of equations: B (..., g, m), Q_L (..., g, g)."""
+        return np.asarray(Q_L - self.adjusted_cofactors(B))
+
+    def redundancy_numbers(self, B: FloatArray, Q_L: FloatArray) -> FloatArray:
+        """diag(Q_v P), sum n - m, for groups B (..., g, m), Q_L (..., g, g) -> (..., g)."""
+        explained = self.adjusted_cofactors(B) @ np.linalg.inv(Q_L)
+        return np.asarray(1.0 - np.diagonal(explained, axis1=-2, axis2=-1))
+
+    def _upper(self) -> FloatArray:
+        """The reduced triangle as a matrix of order q with zeros below the diagonal."""
+        return upper_matrix(self.packed)
+
+
+@dataclass(frozen=True, slots=True)
+class FullReduction(Reduction):
+    """[R, rho, T; ., v'Pv, v'; ., ., Z33 - T'T] of the full form, q = m + 1 + n; `Q_L` (n, n), Z33 = Q_L or 0."""
+
+    Q_L: FloatArray
+    starts_with_Q_L: bool
+
+    @property
+    def T(self) -> FloatArray:
+        """R^-T B' (m, n)."""
+        m = len(self.names)
+        return self._upper()[:m, m + 1 :]
+
+    @property
+    def v(self) -> FloatArray:
+        """F + B X (n,), read from row m + 1."""
+        m = len(self.names)
+        return self._upper()[m, m + 1 :] if self.is_determined else np.full(len(self.Q_L), np.nan)
+
+    @property
+    def third_block(self) -> FloatArray:
+        """Z33 - T'T (n, n): +Q_v when Z33 = Q_L at the start, -Q_Lhat when Z33 = 0; never Q_L, as (15) prints."""
+        m = len(self.names)
+        block = self._upper()[m + 1 :, m + 1 :]
+        return block + np.triu(block, 1).T if self.is_determined else np.full_like(block, np.nan)
+
+    @property
+    def Q_v(self) -> FloatArray:
+        """Q_L - B N^-1 B' (n, n)."""
+        return self.third_block if self.starts_with_Q_L else self.Q_L + self.third_block
+
+    @property
+    def Q_Lhat(self) -> FloatArray:
+        """B N^-1 B' (n, n)."""
+        return self.Q_L - self.third_block if self.starts_with_Q_L else -self.third_block
+
+
+def reduce_in_place(Z: FloatArray, m: int) -> int | None:
+    """The m steps (14) on the packed triangle `Z` itself; the 0-based unknown whose pivot vanished, None if none.
+
+    For k = 1..m: Z_kk <- sqrt(Z_kk); Z_kj <- Z_kj / Z_kk (j > k); Z_ij <- Z_ij - Z_ki Z_kj (k < i <= j).
+    A pivot <= 1e-13 N_kk is a rank defect; the steps stop there.
+    """
+    order = _order(Z)
+    rows, columns = triangle_indices(order)
+    start, pivot_row = 0, np.zeros(order)
+    N_kk = [Z[packed_index(k, k, order) - 1] for k in range(1, m + 1)]
+    for k in range(m):
+        if not Z[start] > RANK_DEFECT * N_kk[k]:
+            return k
+        after = start + order - k
+        Z[start:after] /= math.sqrt(Z[start])
+        pivot_row[k:] = Z[start:after]
+        Z[after:] -= pivot_row[rows[after:]] * pivot_row[columns[after:]]
+        start = after
+    return None
+
+
+def upper_matrix(packed: FloatArray) -> FloatArray:
+    """(q, q) matrix with the packed triangle on and above the diagonal, zeros below."""
+    matrix = np.zeros((_order(packed), _order(packed)))
+    matrix[triangle_indices(len(matrix))] = packed
+    return matrix
+
+
+@lru_cache(maxsize=16)
+def triangle_indices(order: int) -> tuple[IndexArray, IndexArray]:
+    """0-based row and column of every element of a packed triangle; read-only."""
+    rows, columns = np.triu_indices(order)
+    rows.flags.writeable = columns.flags.writeable = False
+    return rows, columns
+
+
+def _order(packed: FloatArray) -> int:
+    return (math.isqrt(8 * len(packed) + 1) - 1) // 2
