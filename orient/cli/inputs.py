@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from orient.cli.options import Again, ProjectPath, Reason
+from orient.cli.options import Again, ProjectPath, Reason, valid_text
 
 if TYPE_CHECKING:
     from orient.intake.options import ReadOptions
@@ -48,7 +48,9 @@ def add(
     project: ProjectPath,
     what: Annotated[str, typer.Argument(metavar="LIST", help="photo, readings, sheet, control or model.")],
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="The CSV and TOML files of the list.")],
-    message: Annotated[str, typer.Option("--message", "-m", help="Why; it is kept with the version.")],
+    message: Annotated[
+        str, typer.Option("--message", "-m", callback=valid_text, help="Why; it is kept with the version.")
+    ],
     again: Again = False,
     decimal: Decimal = "point",
     encoding: Encoding = "utf-8",

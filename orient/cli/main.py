@@ -56,33 +56,45 @@ for register in (inputs.register, stages.register, ledger.register, questions.re
 class _Stopped(BaseException):
     """A signal asked the command to end."""
 
-    def __init__(self, number: int) -> None:
-        super().__init__(number)
-        self.number = number
+
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_stopped_by: list[int] = []
 
 
 def _stop(number: int, frame: FrameType | None) -> None:
+    _no_more_signals()  # a second Ctrl-C must not disturb the tidying
+    _stopped_by.append(number)
     if watch := sys.modules.get("orient.store.watch"):
         watch.STOP.set()
-    raise _Stopped(number)
+    raise _Stopped
+
+
+def _no_more_signals() -> None:
+    for number in STOP_SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
 
 
 def run() -> None:
     """Entry point: run the command, end with the exit code of what happened."""
-    for number in (signal.SIGINT, signal.SIGTERM):
+    if hasattr(signal, "SIGPIPE"):
+        signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # `orient show ... | head` ends quietly, as other programs do
+    for number in STOP_SIGNALS:
         signal.signal(number, _stop)
-    sys.exit(_exit_code(app))
+    code = _exit_code(app)
+    _no_more_signals()
+    sys.exit(code)
 
 
 def _exit_code(command: Callable[[], object]) -> int:
     try:
         command()
+    except _Stopped:
+        return _say_stopped()
     except OrientError as error:
+        if _stopped_by:
+            return _say_stopped()
         _say(error.message, error.hint)
         return error.exit_code
-    except _Stopped as stopped:
-        _say("stopped; nothing was stored by the interrupted step")
-        return 128 + stopped.number
     except BrokenPipeError:
         # the reader of our output went away; that is no error
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -93,8 +105,14 @@ def _exit_code(command: Callable[[], object]) -> int:
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else int(end.code is not None)
     except Exception as error:
-        return _our_fault(error)
+        # a library may have turned the stop into an error of its own
+        return _say_stopped() if _stopped_by else _our_fault(error)
     return 0
+
+
+def _say_stopped() -> int:
+    _say("stopped; nothing was stored by the interrupted step")
+    return 128 + _stopped_by[0]
 
 
 def _our_fault(error: Exception) -> int:

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from orient.cli.options import AsJson, ProjectPath
+from orient.cli.options import AsJson, ProjectPath, valid_text
 
 
 def register(app: typer.Typer) -> None:
@@ -14,7 +14,12 @@ def register(app: typer.Typer) -> None:
 def sql(
     project: ProjectPath,
     question: Annotated[
-        str, typer.Argument(metavar="QUESTION", help='A name from --list, or SQL such as "SELECT * FROM v_residual".')
+        str,
+        typer.Argument(
+            metavar="QUESTION",
+            callback=valid_text,
+            help='A name from --list, or SQL such as "SELECT * FROM v_residual".',
+        ),
     ] = "",
     as_list: Annotated[bool, typer.Option("--list", help="The ready-made questions, by name.")] = False,
     as_csv: Annotated[bool, typer.Option("--csv", help="Answer as CSV, with all digits.")] = False,

@@ -1,5 +1,7 @@
 """Commands that compute: run, and one for each stage."""
 
+import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -7,6 +9,9 @@ import typer
 
 from orient.cli.options import Again, ProjectPath, Reason
 from orient.values import Settings
+
+CONTROL = ("auto", "fixed", "weighted")
+VARIANCE = ("posteriori", "priori")
 
 
 def register(app: typer.Typer) -> None:
@@ -21,7 +26,27 @@ AllowBallpark = Annotated[
     bool | None,
     typer.Option("--allow-ballpark/--no-ballpark", help="Accept a datum change that is unknown or lacks its grid."),
 ]
-Interval = Annotated[float | None, typer.Option("--tolerance", help="Largest scaled step that counts as converged.")]
+
+
+def _one_of(words: tuple[str, ...]) -> Callable[[str | None], str | None]:
+    def check(value: str | None) -> str | None:
+        if value is not None and value not in words:
+            raise typer.BadParameter(f"{value!r} is not one of {', '.join(words)}.")
+        return value
+
+    return check
+
+
+def _positive(value: float | None) -> float | None:
+    if value is not None and not (math.isfinite(value) and value > 0):
+        raise typer.BadParameter(f"{value} is not a positive number.")
+    return value
+
+
+Tolerance = Annotated[
+    float | None,
+    typer.Option("--tolerance", callback=_positive, help="Largest scaled step that counts as converged."),
+]
 
 
 def run(
@@ -74,14 +99,24 @@ def resection(
     again: Again = False,
     control: Annotated[
         str | None,
-        typer.Option("--control", metavar="auto|fixed|weighted", help="Errors of the control: as given, none, all."),
+        typer.Option(
+            "--control",
+            metavar="|".join(CONTROL),
+            callback=_one_of(CONTROL),
+            help="Errors of the control: as given, none, all.",
+        ),
     ] = None,
     variance: Annotated[
         str | None,
-        typer.Option("--variance", metavar="posteriori|priori", help="Which sigma0 scales the covariances."),
+        typer.Option(
+            "--variance",
+            metavar="|".join(VARIANCE),
+            callback=_one_of(VARIANCE),
+            help="Which sigma0 scales the covariances.",
+        ),
     ] = None,
     max_iterations: Annotated[int | None, typer.Option("--max-iterations", min=1, max=1000)] = None,
-    tolerance: Interval = None,
+    tolerance: Tolerance = None,
 ) -> None:
     """Exterior orientation of the photo; no approximate values are needed."""
     given = _given(control=control, variance=variance, max_iterations=max_iterations, tolerance=tolerance)

@@ -191,7 +191,10 @@ def _in_horizon(source: SourcePoints, geographic: Array, grid_north: Array, grou
     else:
         cosine, sine, zero = np.cos(grid_north), np.sin(grid_north), np.zeros_like(grid_north)
         turn = np.stack([cosine, -sine, zero, sine, cosine, zero, zero, zero, zero + 1.0], axis=-1).reshape(-1, 3, 3)
-    turned: Array = turn @ source.covariance @ turn.transpose(0, 2, 1)
+    # an axis that is not given has no variance: it must not blot out the others when the axes are turned
+    is_given = np.asarray(np.isfinite(source.covariance).any(axis=(1, 2)))
+    covariance = np.where(is_given[:, None, None], np.nan_to_num(source.covariance), np.nan)
+    turned: Array = turn @ covariance @ turn.transpose(0, 2, 1)
     return turned
 
 

@@ -34,7 +34,10 @@ ELEMENTS = 6
 
 @dataclass(frozen=True, slots=True)
 class Oriented:
-    """The orientation in the solver's right-handed frame, with the covariance of its elements."""
+    """The orientation in the solver's right-handed frame, with the covariance of its elements.
+
+    `scale`: variance of unit weight by which all cofactors are multiplied, in units of the one a priori.
+    """
 
     station: Array
     rotation: Array
@@ -43,26 +46,47 @@ class Oriented:
     scale: float
 
 
+@dataclass(frozen=True, slots=True)
+class Meeting:
+    """Where the rays meet the heights (right-handed frame), and in which axes that is told."""
+
+    seen: Observations
+    points: Array
+    jacobians: RayJacobians
+    axes: Array
+    height_variance: Array
+
+    @property
+    def met(self) -> list[int]:
+        return [int(i) for i in np.flatnonzero(self.jacobians.determined)]
+
+
 def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     """Outcome with `ground_covariance` rows and, when asked, all pairs."""
     photo = single(inputs["photo"], "photo")
     frame = frame_of(single(inputs["topocentric"], "topocentric_frame"), ground_of(photo))
-    seen, _ = observations(inputs["refine"], inputs["topocentric"])
+    measured, _ = observations(inputs["refine"], inputs["topocentric"])
+    seen, events = _placed(measured, inputs["resection"])
     oriented = _oriented(inputs["resection"], frame)
-    heights = _places(seen, inputs["resection"])
-    up = frame.right_handed(seen.up)
-    points = ray_at_height(
-        seen.image, oriented.station, oriented.rotation, oriented.f_mm, frame.right_handed(heights), up
-    )
-    jacobians = ray_at_height_jacobians(points, oriented.station, oriented.rotation, oriented.f_mm, up)
-    met = [int(i) for i in np.flatnonzero(jacobians.determined)]
-    events = _level_rays(seen, jacobians)
-    axes = _horizon(frame, up)
-    rows = _rows(seen, met, points, heights, jacobians, oriented, axes, frame)
+    meeting = _meeting(seen, oriented, inputs["resection"], frame)
+    events += _level_rays(meeting)
+    rows = _rows(meeting, oriented, frame)
     tables: dict[str, Sequence[Row]] = {"ground_covariance": rows}
     if settings["pairs"]:
-        tables["ground_covariance_pair"] = _pair_rows(seen, met, jacobians, oriented, axes)
+        tables["ground_covariance_pair"] = _pair_rows(meeting, oriented)
     return Outcome(tables, events, _summary(rows))
+
+
+def _placed(measured: Observations, resection: Tables) -> tuple[Observations, list[Event]]:
+    """Points given completely, or placed by the resection; at the others a ray has no known surface to meet."""
+    adjusted = {row["point"] for row in resection.get("adjusted_point", ())}
+    keep = [i for i, known in enumerate(measured.known) if known == "XYZ" or measured.points[i] in adjusted]
+    left_out = [point for i, point in enumerate(measured.points) if i not in set(keep)]
+    events = [
+        Event("info", "partly_given", point, f"{point}: only partly given and not adjusted; no ground covariance")
+        for point in left_out
+    ]
+    return measured.at(keep), events
 
 
 def _oriented(resection: Tables, frame: Frame) -> Oriented:
@@ -81,15 +105,33 @@ def _oriented(resection: Tables, frame: Frame) -> Oriented:
     )
 
 
-def _places(seen: Observations, resection: Tables) -> Array:
-    """(n, 3) a place at the height of each point: adjusted where the resection moved it, else as given."""
+def _meeting(seen: Observations, oriented: Oriented, resection: Tables, frame: Frame) -> Meeting:
     adjusted = {str(row["point"]): row for row in resection.get("adjusted_point", ())}
+    heights = frame.right_handed(_places(seen, adjusted))
+    up = frame.right_handed(seen.up)
+    points = ray_at_height(seen.image, oriented.station, oriented.rotation, oriented.f_mm, heights, up)
+    jacobians = ray_at_height_jacobians(points, oriented.station, oriented.rotation, oriented.f_mm, up)
+    scale = required(single(resection, "orientation"), "variance_scale")
+    return Meeting(seen, points, jacobians, _horizon(frame, up), _height_variance(seen, adjusted, scale))
+
+
+def _places(seen: Observations, adjusted: Mapping[str, Row]) -> Array:
+    """(n, 3) a place at the height of each point: adjusted where the resection moved it, else as given."""
     return np.array(
         [
             columns([adjusted.get(point, row)], "X_m", "Y_m", "Z_m")[0]
             for point, row in zip(seen.points, seen.rows, strict=True)
         ]
     ).reshape(-1, 3)
+
+
+def _height_variance(seen: Observations, adjusted: Mapping[str, Row], scale: float) -> Array:
+    """(n,) variance of the given heights, 0 if taken as known; of the adjusted height where none was given."""
+    covariance = np.nan_to_num(covariances(seen.rows))
+    for i in np.flatnonzero(seen.known == "plan"):
+        covariance[i] = scale * covariances([adjusted[seen.points[int(i)]]], "q_", "")[0]
+    variance: Array = np.einsum("ni,nij,nj->n", seen.up, covariance, seen.up)
+    return variance
 
 
 def _horizon(frame: Frame, up: Array) -> Array:
@@ -101,21 +143,13 @@ def _horizon(frame: Frame, up: Array) -> Array:
     return np.stack([first, second], axis=1)
 
 
-def _rows(
-    seen: Observations,
-    met: Sequence[int],
-    points: Array,
-    heights: Array,
-    jacobians: RayJacobians,
-    oriented: Oriented,
-    axes: Array,
-    frame: Frame,
-) -> list[Row]:
-    height_variance = _height_variance(seen)
-    found = ground_covariance(jacobians, oriented.covariance, oriented.scale * seen.image_covariance, height_variance)
+def _rows(meeting: Meeting, oriented: Oriented, frame: Frame) -> list[Row]:
+    seen, axes = meeting.seen, meeting.axes
+    reading = oriented.scale * seen.image_covariance
+    found = ground_covariance(meeting.jacobians, oriented.covariance, reading, meeting.height_variance)
     in_plan = [axes @ part @ axes.transpose(0, 2, 1) for part in (found.orientation, found.reading, found.height)]
-    stored = frame.right_handed(points)
-    apart = np.einsum("nij,nj->ni", axes, points - frame.right_handed(seen.ground))
+    stored = frame.right_handed(meeting.points)
+    apart = np.einsum("nij,nj->ni", axes, meeting.points - frame.right_handed(seen.ground))
     return [
         {
             "point": seen.points[i],
@@ -127,15 +161,8 @@ def _rows(
             **_part("height", in_plan[2][i]),
             **_accuracy(sum(part[i] for part in in_plan)),
         }
-        for i in met
+        for i in meeting.met
     ]
-
-
-def _height_variance(seen: Observations) -> Array:
-    """(n,) variance of the given heights; 0 for a height taken as known."""
-    covariance = np.nan_to_num(covariances(seen.rows))
-    variance: Array = np.einsum("ni,nij,nj->n", seen.up, covariance, seen.up)
-    return variance
 
 
 def _apart(apart: Array, known: str) -> dict[str, float | None]:
@@ -160,27 +187,27 @@ def _accuracy(total: Array) -> dict[str, float]:
     }
 
 
-def _pair_rows(
-    seen: Observations, met: Sequence[int], jacobians: RayJacobians, oriented: Oriented, axes: Array
-) -> list[Row]:
-    factor = axes @ covariance_factor(jacobians, oriented.covariance)
-    first, second = (np.array(met, dtype=np.intp)[index] for index in np.triu_indices(len(met), 1))
+def _pair_rows(meeting: Meeting, oriented: Oriented) -> list[Row]:
+    factor = meeting.axes @ covariance_factor(meeting.jacobians, oriented.covariance)
+    met = np.array(meeting.met, dtype=np.intp)
+    first, second = (met[index] for index in np.triu_indices(len(met), 1))
     pairs = pair_covariance(factor, first, second)
+    names = meeting.seen.points
     keys = ("K_XX_m2", "K_XY_m2", "K_YX_m2", "K_YY_m2")
     return [
         {
-            "point_i": seen.points[i],
-            "point_j": seen.points[j],
+            "point_i": names[i],
+            "point_j": names[j],
             **dict(zip(keys, (or_none(float(value)) for value in K.ravel()), strict=True)),
         }
         for i, j, K in zip(first, second, pairs, strict=True)
     ]
 
 
-def _level_rays(seen: Observations, jacobians: RayJacobians) -> list[Event]:
+def _level_rays(meeting: Meeting) -> list[Event]:
     return [
         Event("warning", "level_ray", point, f"{point}: its ray runs level and does not meet its height; no covariance")
-        for point, is_met in zip(seen.points, jacobians.determined, strict=True)
+        for point, is_met in zip(meeting.seen.points, meeting.jacobians.determined, strict=True)
         if not is_met
     ]
 

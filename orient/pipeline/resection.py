@@ -1,12 +1,12 @@
 """Stage `resection`: the exterior orientation of the photo by functional iteration, without start values."""
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from orient.errors import GeometryError
+from orient.pipeline.findings import in_stored_names, resection_findings
 from orient.pipeline.frames import Frame, frame_of
 from orient.pipeline.ground import Ground, ground_of
 from orient.pipeline.resection_rows import result_tables, trace_tables
@@ -19,12 +19,9 @@ from orient.values import Event, Outcome, Row, Settings, Tables
 MINIMUM_POINTS = 3
 HEIGHT_TOLERANCE_M = 1e-3
 MAX_HEIGHT_ROUNDS = 10
-STRONG_CORRELATION = 0.95
 MICROMETRES = 1000.0
 NAMED = 10
 """Points that one event names; the tables hold all of them."""
-
-SOLVER_NAME = re.compile(r"\b(r_[XYZ]|[XYZ]_S|[XYZ])\b")
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,10 +35,13 @@ class Observations:
     rows: Sequence[Row]
 
     def only(self, role: str) -> "Observations":
-        keep = [index for index, value in enumerate(self.roles) if value == role]
+        return self.at([index for index, value in enumerate(self.roles) if value == role])
+
+    def at(self, keep: Sequence[int]) -> "Observations":
+        """The points at these places of the list."""
         return Observations(
             [self.points[index] for index in keep],
-            [role] * len(keep),
+            [self.roles[index] for index in keep],
             self.image[keep],
             self.image_covariance[keep],
             [self.rows[index] for index in keep],
@@ -71,10 +71,10 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     sigma0 = required(photo, "sigma_image_mm")
     weights = ground_weights(control.rows, str(settings["control"]), sigma0)
     found = _solve(photo, ground, frame, control, weights, sigma0, settings)
-    events += _findings(found, frame)
+    events += resection_findings(found, frame, control.points, sigma0)
     traces = trace_tables(found, frame, control.points)
     if found.termination != "CONVERGED":
-        error = f"{found.termination.value}: {_in_stored_names(found.message, frame)}"
+        error = f"{found.termination.value}: {in_stored_names(found.message, frame)}"
         return Outcome(traces, events, error=error, hint=_hint(found.termination))
     use_posteriori = settings["variance"] == "posteriori" and found.redundancy > 0
     results = result_tables(found, frame, ground, control, check, sigma0, use_posteriori)
@@ -184,37 +184,6 @@ def _approximate_station(photo: Row, frame: Frame) -> Array | None:
     latitude, longitude = geographic[:2] * RADIANS_PER_DEGREE
     place = frame.from_geographic(np.array([latitude]), np.array([longitude]), geographic[2:])
     return frame.right_handed(place[0])
-
-
-def _findings(found: Resection, frame: Frame) -> list[Event]:
-    """What a reader must know before the numbers."""
-    events = []
-    if found.undetermined:
-        message = f"not determined: {_in_stored_names(found.undetermined, frame)}"
-        events.append(Event("error", "singular", "", message, found.condition_ratio))
-    for first, second, correlation in found.weak:
-        if abs(correlation) > STRONG_CORRELATION:
-            subject = _in_stored_names(f"{first} and {second}", frame)
-            message = f"{subject} are correlated by {correlation:+.4f}: judge ground points, not these sigmas"
-            events.append(Event("info", "correlation", subject, message, correlation))
-    if found.redundancy == 0 and found.termination == "CONVERGED":
-        events.append(Event("warning", "no_redundancy", "", "no redundancy: the solution cannot be checked"))
-    if found.is_ambiguous:
-        others = sum(alternative.is_as_good for alternative in found.alternatives)
-        message = f"{others} other orientations fit as well; give an approximate station in photo.toml to choose"
-        events.append(Event("warning", "ambiguous", "", message, float(others)))
-    return events
-
-
-def _in_stored_names(text: str, frame: Frame) -> str:
-    """The solver's unknowns (X east, Y north) in the words of the stored frame."""
-    if frame.origin is None:
-        words = {"r_X": "the rotation about X", "r_Y": "the rotation about Y", "r_Z": "the rotation about Z"}
-    else:
-        words = {"r_X": "the tilt about grid east", "r_Y": "the tilt about grid north", "r_Z": "the turn about up"}
-    if frame.partner[0, 1]:
-        words |= {"X": "Y", "Y": "X", "X_S": "Y_S", "Y_S": "X_S"}
-    return SOLVER_NAME.sub(lambda match: words.get(match.group(), match.group()), text)
 
 
 def _hint(termination: str) -> str:

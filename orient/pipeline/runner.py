@@ -77,12 +77,9 @@ def run_stale(
 ) -> list[Result]:
     """Compute every stage that is missing or stale, in order; a failure stops the stages that need it."""
     results: list[Result] = []
-    broken: set[str] = set()
     with open_project(path, "write") as project:
         for stage in STAGES:
-            result = _next_result(project, stage, overrides, reason, broken, begin)
-            if result.failed or result.waits_for:
-                broken.add(stage.name)
+            result = _next_result(project, stage, overrides, reason, results, begin)
             results.append(result)
             end(result)
     return results
@@ -103,10 +100,18 @@ def current_user() -> str:
 
 
 def _next_result(
-    project: Project, stage: Stage, overrides: Settings, reason: str, broken: set[str], begin: Callable[[Stage], None]
+    project: Project,
+    stage: Stage,
+    overrides: Settings,
+    reason: str,
+    before: Sequence[Result],
+    begin: Callable[[Stage], None],
 ) -> Result:
-    failed_before = [name for name in stage.inputs if name in broken and name in stage.required]
-    missing = ", ".join(failed_before) or stage.missing(set(project.heads()) - broken)
+    failed = {result.stage for result in before if result.failed}
+    without_result = failed | {result.stage for result in before if result.waits_for}
+    # what failed now may have an older head: nobody may go on with that, even if the input is optional
+    stops = [name for name in stage.inputs if name in failed or (name in without_result and name in stage.required)]
+    missing = ", ".join(stops) or stage.missing(set(project.heads()) - without_result)
     if missing:
         return Result(stage.name, None, computed=False, waits_for=missing)
     begin(stage)

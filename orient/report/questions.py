@@ -2,6 +2,8 @@
 
 import csv
 import json
+import math
+import re
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,6 +14,7 @@ from orient.report.text import answer_table, console, table
 from orient.values import Scalar
 
 MAX_TABLE_ROWS = 100_000
+PLAIN_NAME = re.compile(r"[\w-]*")
 FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
 
 
@@ -70,18 +73,26 @@ def answer(path: Path, question: str, as_csv: bool, as_json: bool, raw: bool) ->
     if as_csv and as_json:
         raise UsageError("--csv and --json exclude each other")
     sql = BY_NAME[question].sql if question in BY_NAME else question
-    if " " not in sql.strip():
+    if PLAIN_NAME.fullmatch(sql.strip()):
         raise UsageError(f'there is no question "{question}"', f"Questions are {', '.join(BY_NAME)}.")
     with open_project(path, "read") as project:
         columns, rows = project.query(sql)
     if as_json:
-        print(json.dumps([dict(zip(columns, row, strict=True)) for row in rows], indent=2, allow_nan=False))
+        objects = [dict(zip(columns, map(_for_json, row), strict=True)) for row in rows]
+        print(json.dumps(objects, indent=2, allow_nan=False))
     elif as_csv:
         _write_csv(columns, rows, raw)
     elif not rows:
         console().print("no rows")
     else:
         console().print(answer_table(columns, rows[:MAX_TABLE_ROWS]))
+
+
+def _for_json(value: Scalar | bytes) -> Scalar:
+    """JSON knows neither infinity nor bytes; a question can compute both, the tables hold none."""
+    if isinstance(value, bytes):
+        return value.hex()
+    return str(value) if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _write_csv(columns: Sequence[str], rows: Sequence[Sequence[Scalar]], raw: bool) -> None:

@@ -41,7 +41,7 @@ def _stage_status(
     name: str,
     current: dict[str, tuple[object, ...]],
     stale: dict[str, tuple[bool, str]],
-    failed: dict[str, tuple[int, str]],
+    failed: dict[str, str],
 ) -> dict[str, object]:
     entry: dict[str, object] = {"stage": name, "version": None, "state": "absent", "told": ""}
     if name in current:
@@ -53,8 +53,8 @@ def _stage_status(
     elif name not in current and name in BY_NAME:
         missing = BY_NAME[name].missing(set(current))
         entry.update(state="waiting", told=f"waits for {missing}")
-    if name in failed and (name not in current or failed[name][0] > int(str(current[name][1]))):
-        entry.update(state="failed", told=failed[name][1])
+    if name in failed and entry["state"] != "current":
+        entry.update(state="failed", told=failed[name])
     return entry
 
 
@@ -62,10 +62,10 @@ def _can_be_left_out(entry: dict[str, object]) -> bool:
     return entry["state"] == "waiting" and is_optional(str(entry["stage"]))
 
 
-def _last_failures(project: "Project") -> dict[str, tuple[int, str]]:
-    """The last run of each stage, where it failed: version and error."""
+def _last_failures(project: "Project") -> dict[str, str]:
+    """Error of the last run of each stage that failed then."""
     last = {run.stage: run for run in project.runs()}
-    return {stage: (run.version, run.error) for stage, run in last.items() if run.status == "failed"}
+    return {stage: run.error for stage, run in last.items() if run.status == "failed"}
 
 
 def show_log(path: Path, as_json: bool) -> None:

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200b-\u200f\u202a-\u202e\u2066-\u2069\ufeff]")
 MISSING = "-"
+NARROWEST = 60
 PIPE_WIDTH = 10_000
 """Width when the output goes to a file or another program: rows are never folded there."""
 
@@ -42,7 +43,10 @@ def console() -> "Console":
     from rich.console import Console
 
     width = None if sys.stdout.isatty() else PIPE_WIDTH
-    return Console(width=width, highlight=False, markup=False, emoji=False)
+    out = Console(width=width, highlight=False, markup=False, emoji=False)
+    if out.width < NARROWEST:  # a terminal that does not know its width says 0
+        out.width = NARROWEST
+    return out
 
 
 def table(headers: Sequence[str], rows: Sequence[Sequence[str]], numeric: Sequence[bool]) -> "Table":

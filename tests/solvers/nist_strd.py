@@ -1,4 +1,4 @@
-"""The 27 nonlinear problems of NIST StRD: models, certified files, and the problem that the functional iteration runs."""
+"""The 27 nonlinear problems of NIST StRD: models, certified files, and each as a problem for the iteration."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
