@@ -6,12 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from orient.errors import GeometryError
+from orient.pipeline.common_coefficients import common_coefficients
 from orient.pipeline.findings import in_stored_names, resection_findings
 from orient.pipeline.frames import Frame, frame_of
 from orient.pipeline.ground import Ground, ground_of
-from orient.pipeline.resection_rows import result_tables, trace_tables
+from orient.pipeline.resection_rows import result_tables
+from orient.pipeline.resection_trace import adjusted_coefficient_rows, trace_tables
 from orient.pipeline.tables import Array, columns, required, single
 from orient.pipeline.weights import GroundWeights, ground_weights
+from orient.solvers.common_unknowns import CommonUnknowns
 from orient.solvers.resection import Resection, resect
 from orient.units import RADIANS_PER_DEGREE
 from orient.values import Event, Outcome, Row, Settings, Tables
@@ -69,16 +72,22 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     control, check = seen.only("control"), seen.only("check")
     _require_enough(control)
     sigma0 = required(photo, "sigma_image_mm")
-    weights = ground_weights(control.rows, str(settings["control"]), sigma0)
-    found = _solve(photo, ground, frame, control, weights, sigma0, settings)
+    shared = None
+    if settings["correlation"] == "sheet" and settings["control"] != "fixed":
+        shared = common_coefficients(control.rows, inputs.get("digitize", {}), frame, ground)
+    own = None if shared is None else shared.own
+    weights = ground_weights(control.rows, str(settings["control"]), sigma0, own)
+    common = None if shared is None else shared.in_solver(frame, sigma0)
+    found = _solve(photo, ground, frame, control, weights, common, sigma0, settings)
     events += resection_findings(found, frame, control.points, sigma0)
-    traces = trace_tables(found, frame, control.points)
+    traces = trace_tables(found, frame, control.points, () if shared is None else shared.coefficients)
     if found.termination != "CONVERGED":
         error = f"{found.termination.value}: {in_stored_names(found.message, frame)}"
         return Outcome(traces, events, error=error, hint=_hint(found.termination))
     use_posteriori = settings["variance"] == "posteriori" and found.redundancy > 0
     results = result_tables(found, frame, ground, control, check, sigma0, use_posteriori)
-    return Outcome({**results, **traces}, events, _summary(found, sigma0))
+    adjusted = {"adjusted_coefficient": adjusted_coefficient_rows(found, shared, sigma0)}
+    return Outcome({**results, **adjusted, **traces}, events, _summary(found, sigma0))
 
 
 def observations(refine: Tables, topocentric: Tables) -> tuple[Observations, list[Event]]:
@@ -129,6 +138,7 @@ def _solve(
     frame: Frame,
     control: Observations,
     weights: GroundWeights,
+    common: CommonUnknowns | None,
     sigma0: float,
     settings: Settings,
 ) -> Resection:
@@ -144,6 +154,7 @@ def _solve(
             required(photo, "f_mm"),
             ground_free=frame.right_handed_matrix(free) if free.any() else None,
             ground_weight=frame.right_handed_matrix(weight) if free.any() else None,
+            common=common,
             start_mask=control.known == "XYZ",
             approximate_station=_approximate_station(photo, frame),
             tolerance=float(settings["tolerance"] or 0.0),

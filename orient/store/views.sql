@@ -58,6 +58,7 @@ FROM (VALUES
     (5, 'resection', 'photo', 1, 0),
     (5, 'resection', 'refine', 1, 0),
     (5, 'resection', 'topocentric', 1, 0),
+    (5, 'resection', 'digitize', 0, 0),
     (6, 'covariance', 'photo', 1, 0),
     (6, 'covariance', 'refine', 1, 0),
     (6, 'covariance', 'topocentric', 1, 0),
@@ -260,8 +261,8 @@ ORDER BY p.run_id, p.point;
 --   version: version of resection
 --   is_current: 1 for the current version
 --   iteration: 1, 2, ...
---   point: empty for the six elements, else the point
---   unknown: alpha omega kappa X_S Y_S Z_S, or X Y Z of the point
+--   point: empty for the six elements, else the point or the sheet
+--   unknown: alpha omega kappa X_S Y_S Z_S; X Y Z of the point; B_1_0 ... of the sheet, by the powers of u, v
 --   approximation: value before the iteration
 --   correction: what the iteration added
 --   adjusted: value after the iteration
@@ -278,7 +279,7 @@ FROM iteration_parameter AS p
 JOIN v_version AS v ON v.run_id = p.run_id
 LEFT JOIN iteration AS i ON i.run_id = p.run_id AND i.iteration = p.iteration
 ORDER BY p.run_id, p.iteration, p.point,
-         instr('alpha omega phi kappa X_S Y_S Z_S X Y Z', p.unknown || CASE p.point WHEN '' THEN ' ' ELSE '' END);
+         instr('alpha omega phi kappa X_S Y_S Z_S X Y Z', p.unknown || CASE p.point WHEN '' THEN ' ' ELSE '' END), p.unknown;
 
 -- v_orientation: the orientation elements with standard deviations
 --   version: version of resection
