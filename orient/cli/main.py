@@ -8,7 +8,7 @@ from types import FrameType
 
 import typer
 
-from orient.cli import inputs, ledger, questions, stages
+from orient.cli import inputs, ledger, plan, questions, stages
 from orient.errors import OrientError
 
 OUR_FAULT = 70
@@ -49,7 +49,7 @@ def _options(
     """Options of orient itself."""
 
 
-for register in (inputs.register, stages.register, ledger.register, questions.register):
+for register in (inputs.register, stages.register, ledger.register, questions.register, plan.register):
     register(app)
 
 

@@ -198,7 +198,7 @@ def find_operation(source: CRS, target: CRS, allow_ballpark: bool = False, area:
     if is_ballpark(chosen) and not allow_ballpark:
         raise OrientError(
             f"only a ballpark operation is known from {names}, without a shift of the datum or the height",
-            "Name the datum of both systems, or repeat with --allow-ballpark.",
+            "Name the datum of both systems, install the grid of the shift or the geoid, or use --allow-ballpark.",
         )
     return operation_of(chosen, missing)
 

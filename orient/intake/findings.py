@@ -80,5 +80,7 @@ def _printable(character: str) -> str:
 
 def nearest(word: str, known: Iterable[str]) -> str:
     """`Did you mean "f_mm"?`, or nothing when no known word is near."""
-    close = difflib.get_close_matches(word[:SHOWN_CHARACTERS], sorted(known), n=1)
+    names = sorted(known)
+    same = [name for name in names if name.casefold() == word.casefold()]
+    close = same or difflib.get_close_matches(word[:SHOWN_CHARACTERS], names, n=1)
     return f'Did you mean "{close[0]}"?' if close else ""

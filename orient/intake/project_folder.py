@@ -62,11 +62,20 @@ def read_input(
     if not files:
         raise UsageError(f"no files for {stage}.", f"Give {', '.join(FILES_OF_STAGE[stage])}.")
     check_encoding(options.encoding)
+    _check_each_once(files)
     findings = Findings()
     facts = facts_of(photo) if photo is not None else UNKNOWN
     tables = _read_stage(stage, _labelled(files), options, facts, findings)
     findings.raise_problems()
     return _with_events(tables, findings, 0)
+
+
+def _check_each_once(files: Sequence[Path]) -> None:
+    seen: set[Path] = set()
+    for path in files:
+        if path.absolute() in seen:
+            raise UsageError(f"{shown(str(path))} is given twice.", "Give each file once.")
+        seen.add(path.absolute())
 
 
 def _read_stage(stage: str, files: Files, options: ReadOptions, facts: PhotoFacts, findings: Findings) -> InputTables:

@@ -10,6 +10,7 @@ import numpy as np
 
 from orient.errors import OrientError
 from orient.geodesy.crs import Operation
+from orient.geodesy.ellipsoid import meridian_radius, prime_vertical_radius
 from orient.pipeline.ground import Ground, ground_of
 from orient.pipeline.tables import Array, columns, covariance_columns, covariances, names, or_none, single
 from orient.units import DEGREES_PER_RADIAN, RADIANS_PER_DEGREE
@@ -183,8 +184,10 @@ def _grid_north(source: SourcePoints, ground: Ground, operation: Operation, geog
     moved = np.where(np.isnan(moved), 0.0, moved)
     longitude, latitude, _ = operation.transform(*moved.T)
     d_longitude = np.remainder(longitude - geographic[:, 0] + 180.0, 360.0) - 180.0
-    east = d_longitude * np.cos(geographic[:, 1] * RADIANS_PER_DEGREE)
-    return np.nan_to_num(np.arctan2(east, latitude - geographic[:, 1]))
+    mean = geographic[:, 1] * RADIANS_PER_DEGREE
+    east = d_longitude * prime_vertical_radius(ground.figure, mean) * np.cos(mean)
+    north = (latitude - geographic[:, 1]) * meridian_radius(ground.figure, mean)
+    return np.nan_to_num(np.arctan2(east, north))
 
 
 def _in_horizon(source: SourcePoints, geographic: Array, grid_north: Array, ground: Ground) -> Array:

@@ -6,27 +6,51 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import chdtr, chdtrc
 
+from orient.geometry.collinearity import project
 from orient.pipeline.frames import Frame
+from orient.pipeline.tables import Array
 from orient.solvers.resection import Resection
+from orient.solvers.start_values import Candidate, start_candidates
 from orient.values import Event
 
 STRONG_CORRELATION = 0.95
 GLOBAL_TEST_LEVEL = 0.001
+ODD_RATIO, ODD_MM, MOST_ODD = 30.0, 0.5, 5
 SMALLEST_REDUNDANCY_NUMBER = 1e-6
 SOLVER_NAME = re.compile(r"\b(r_[XYZ]|[XYZ]_S|[XYZ])\b")
 
 
 def resection_findings(found: Resection, frame: Frame, points: Sequence[str], sigma0: float) -> list[Event]:
-    """Events about rank, fit, redundancy, ambiguity and correlation, the grave ones first."""
-    events = []
-    if found.undetermined:
-        message = f"not determined: {in_stored_names(found.undetermined, frame)}"
-        events.append(Event("error", "singular", "", message, found.condition_ratio))
-    if found.termination == "CONVERGED":
-        events += _fit(found, points, sigma0)
-        events += _ambiguity(found)
-        events += _correlations(found, frame)
-    return events
+    """Events about fit, redundancy, ambiguity and correlation of a result, the grave ones first."""
+    return [*_fit(found, points, sigma0), *_ambiguity(found), *_correlations(found, frame)]
+
+
+def odd_points(image: Array, ground: Array, f_mm: float, points: Sequence[str]) -> list[Event]:
+    """Where no orientation was found: points that miss the place where most others say they should be.
+
+    Among the three-point starts the one with the smallest median residual is asked; ground is right-handed.
+    """
+    residuals = [_residuals(candidate, image, ground, f_mm) for candidate in start_candidates(image, ground, f_mm)]
+    if not residuals:
+        return []
+    best = min(residuals, key=lambda values: float(np.median(values)))
+    limit = max(ODD_RATIO * float(np.median(best)), ODD_MM)
+    odd = [i for i in np.argsort(-best) if best[i] > limit]
+    if not odd or len(odd) > len(points) // 2:
+        return []
+    return [_odd_event(points[i], float(best[i]), len(points) - len(odd)) for i in odd[:MOST_ODD]]
+
+
+def _residuals(candidate: Candidate, image: Array, ground: Array, f_mm: float) -> Array:
+    computed, zs = project(ground, candidate.station, candidate.rotation, f_mm)
+    apart: Array = np.linalg.norm(computed - image, axis=1)
+    return np.where(zs < 0, apart, np.inf)
+
+
+def _odd_event(point: str, apart: float, others: int) -> Event:
+    where = "lies behind the camera" if np.isinf(apart) else f"lies {apart:.3g} mm away"
+    message = f"{point} {where} where {others} other points agree: check its coordinates and its reading"
+    return Event("warning", "odd_point", point, message, None if np.isinf(apart) else apart)
 
 
 def _fit(found: Resection, points: Sequence[str], sigma0: float) -> list[Event]:

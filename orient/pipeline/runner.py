@@ -127,6 +127,11 @@ def _run(project: Project, stage: Stage, settings: Settings, reason: str, again:
     known = None if again else project.find_run_by_digest(stage.name, digest)
     if known is not None:
         return _reuse(project, stage, known, reason)
+    last = project.runs(stage.name)[-1:]
+    if last and not again and last[0].status == "failed" and last[0].input_digest == digest:
+        return Result(
+            stage.name, last[0], computed=False, hint="Nothing it reads has changed since; change that first."
+        )
     outcome, hint = _compute(stage, {name: project.read_tables(run.run_id) for name, run in inputs.items()}, full)
     new = NewRun(
         stage=stage.name,

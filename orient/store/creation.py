@@ -5,6 +5,7 @@ from pathlib import Path
 from sqlalchemy import Connection
 
 from orient.store.connection import open_engine
+from orient.store.error_map import translated
 from orient.store.errors import OurFault
 from orient.store.fingerprint import schema_objects, table_shapes
 from orient.store.format import SCHEMA_FILE, Format, json_from_format
@@ -63,9 +64,10 @@ def build(connection: Connection, version: int, application_id: int, migrations:
 
 def fill_empty_file(path: Path, version: int, application_id: int, migrations: Path | None = None) -> None:
     """Turn an existing empty file into an empty project."""
-    engine = open_engine(path, "write", Watch())
+    watch = Watch()
+    engine = open_engine(path, "write", watch)
     try:
-        with engine.connect() as connection:
+        with translated(path, watch), engine.connect() as connection:
             connection.execution_options(immediate=True)
             with connection.begin():
                 build(connection, version, application_id, migrations or migrations_folder())

@@ -1,0 +1,144 @@
+"""Every command once, on a small sample: exit code, what it says, what it stores."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from orient.cli.main import app
+from orient.pipeline.registry import ALL_STAGES, STAGES
+from orient.store.project import open_project
+from tests.cli.commands import AERIAL, orient
+
+COMMANDS = tuple(
+    command.name or command.callback.__name__  # type: ignore[union-attr]
+    for command in app.registered_commands
+)
+
+
+@pytest.mark.parametrize("command", ["", *COMMANDS])
+def test_help(command: str) -> None:
+    said = orient(*([command] if command else []), "--help")
+    assert (said.code, said.err) == (0, "")
+    assert said.out.startswith("Usage: orient")
+
+
+def test_no_command_is_help() -> None:
+    said = orient()
+    assert said.code == 2
+    assert "Usage: orient" in said.out + said.err
+
+
+def test_version() -> None:
+    from orient import __version__
+
+    assert orient("--version").out == f"orient {__version__}\n"
+
+
+def test_new_says_what_was_read(tmp_path: Path) -> None:
+    said = orient("new", tmp_path / "p.sqlite", "--from", AERIAL)
+    assert (said.code, said.err) == (0, "")
+    for words in ("p.sqlite made.", "calgary-28, aerial, f 153.358 mm", "8 control points", "Next: orient run"):
+        assert words in said.out
+    assert (tmp_path / "p.sqlite").stat().st_mode & 0o077 == 0
+
+
+def test_run_says_each_stage(fresh: Path) -> None:
+    said = orient("run", fresh, "-m", "the first one")
+    assert (said.code, said.err) == (0, "")
+    lines = [line.split()[0] for line in said.out.splitlines() if not line.startswith(" ")]
+    assert lines == ["refine", "bl", "topocentric", "resection", "covariance"]
+    with open_project(fresh) as project:
+        assert {run.reason for name, run in project.heads().items() if name != "photo"} >= {"the first one"}
+
+
+@pytest.mark.parametrize("stage", [stage.name for stage in STAGES])
+def test_each_stage_is_a_command(space: Path, stage: str) -> None:
+    said = orient(stage, space)
+    assert (said.code, said.err) == (0, "")
+    assert "(unchanged)" in said.out
+    assert f"See: orient show {space} {stage}" in said.out
+
+
+@pytest.mark.parametrize("stage", [stage for stage in ALL_STAGES if stage != "model"])
+def test_show_of_each_stage(space: Path, stage: str) -> None:
+    said = orient("show", space, stage)
+    assert (said.code, said.err) == (0, "")
+    assert said.out.startswith(f"{stage} version ")
+
+
+def test_show_of_a_resection_opens_with_the_findings(space: Path) -> None:
+    lines = orient("show", space, "resection").out.splitlines()
+    assert lines[0].startswith("resection version 1, ")
+    assert lines[1].strip().startswith("sigma0 3.74 um")
+    assert "correlated" in lines[2]
+    text = "\n".join(lines)
+    for words in ("redundancy r = 44", "station: B ", "X_S m", "alpha deg", "Check points", "Iterations", "sum v^2/25"):
+        assert words in text
+
+
+def test_status_of_a_fresh_project(fresh: Path) -> None:
+    said = orient("status", fresh)
+    states = {line.split()[0]: line.split()[2] for line in said.out.splitlines() if line.split()[1:2] in (["1"], ["-"])}
+    assert states["photo"] == states["readings"] == states["control"] == "current"
+    assert states["resection"] == "waiting"
+    assert "Next: orient run" in said.out
+
+
+def test_status_of_a_finished_project(aerial: Path) -> None:
+    said = orient("status", aerial)
+    assert said.code == 0
+    assert "stale" not in said.out
+    assert "Next" not in said.out
+
+
+def test_log_tells_who_and_why(aerial: Path) -> None:
+    said = orient("log", aerial)
+    assert said.code == 0
+    for words in ("actor", "reason", "first", "resection", "select"):
+        assert words in said.out
+
+
+def test_check_accepts_and_upgrade_has_nothing_to_do(aerial: Path) -> None:
+    assert "is sound" in orient("check", aerial).out
+    assert "nothing to do" in orient("upgrade", aerial).out
+    assert [file.name for file in aerial.parent.iterdir()] == [aerial.name]
+
+
+def test_sql_lists_its_questions(aerial: Path) -> None:
+    assert "error-budget" in orient("sql", aerial, "--list").out
+    assert orient("sql", aerial).out == orient("sql", aerial, "--list").out
+
+
+STATUS_KEYS = ["stage", "version", "state", "told"]
+LOG_KEYS = ["at", "actor", "action", "stage", "version", "status", "reason", "summary"]
+RUN_KEYS = [
+    "run_id", "stage", "version", "stage_version", "settings", "input_digest", "output_digest", "status", "summary",
+    "error", "actor", "reason", "started_at", "inputs",
+]  # fmt: skip
+EVENT_KEYS = ["severity", "code", "subject", "message", "value"]
+DIFF_KEYS = ["table", "row", "column", "before", "after", "change"]
+
+
+def test_keys_of_json_are_stable(space: Path) -> None:
+    orient("refine", space, "--reject")
+    status = json.loads(orient("status", space, "--json").out)
+    assert list(status) == ["project", "stages"]
+    assert all(list(entry) == STATUS_KEYS for entry in status["stages"])
+    assert all(list(entry) == LOG_KEYS for entry in json.loads(orient("log", space, "--json").out))
+    shown = json.loads(orient("show", space, "refine", "--json").out)
+    assert list(shown) == ["run", "events", "tables"]
+    assert list(shown["run"]) == RUN_KEYS
+    assert all(list(event) == EVENT_KEYS for event in shown["events"])
+    found = json.loads(orient("diff", space, "refine", 1, 2, "--json").out)
+    assert found
+    assert all(list(entry) == DIFF_KEYS for entry in found)
+
+
+@pytest.mark.parametrize("stage", [stage for stage in ALL_STAGES if stage != "model"])
+def test_json_holds_every_digit(space: Path, stage: str) -> None:
+    shown = json.loads(orient("show", space, stage, "--json").out)
+    with open_project(space) as project:
+        run = project.heads()[stage]
+        assert shown["tables"] == project.read_tables(run.run_id)
+        assert shown["run"]["output_digest"] == run.output_digest

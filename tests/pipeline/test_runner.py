@@ -1,0 +1,123 @@
+"""The runner: what is fresh, what is read, what sticks."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from orient.errors import OrientError, UsageError
+from orient.intake.options import ReadOptions
+from orient.intake.project_folder import read_project
+from orient.pipeline.registry import BY_NAME, STAGES
+from orient.pipeline.runner import Result, add_input, create, run_stage, run_stale
+from orient.store.project import RunInfo, open_project
+from orient.values import InputTables
+from tests.pipeline.conftest import SPACE
+from tests.pipeline.made import row
+
+OPTIONS = ReadOptions()
+
+
+def run_all(path: Path) -> dict[str, Result]:
+    return {result.stage: result for result in run_stale(path, {}, "test", lambda stage: None, lambda result: None)}
+
+
+def heads(path: Path) -> dict[str, RunInfo]:
+    with open_project(path) as project:
+        return project.heads()
+
+
+def inputs() -> dict[str, InputTables]:
+    return {given.stage: given for given in read_project(SPACE, OPTIONS)}
+
+
+def known_control() -> InputTables:
+    """The true coordinates of the sample's control, as if they were surveyed."""
+    truth = json.loads((SPACE / "truth.json").read_text("utf-8"))["points"]
+    points = truth.values() if isinstance(truth, dict) else truth
+    names = list(truth) if isinstance(truth, dict) else [point["point"] for point in truth]
+    rows = [
+        row("control_point", point=name, role="control", kind="geographic", B_deg=point["B_deg"], L_deg=point["L_deg"],
+            H_m=point["H_m"])
+        for name, point in list(zip(names, points, strict=True))[:20]
+    ]  # fmt: skip
+    given = inputs()["control"]
+    return replace(given, tables={**given.tables, "control_point": rows})
+
+
+@pytest.fixture
+def without_sheet(tmp_path: Path) -> Path:
+    given = inputs()
+    path = tmp_path / "photo.sqlite"
+    create(path, [given["photo"], given["readings"], known_control()], "no map yet")
+    return path
+
+
+def test_an_optional_input_that_appears_makes_its_readers_stale(without_sheet: Path) -> None:
+    first = run_all(without_sheet)
+    assert first["digitize"].waits_for == "sheet"
+    assert [name for name, result in first.items() if result.computed] == [
+        "refine", "bl", "topocentric", "resection", "covariance"
+    ]  # fmt: skip
+    assert set(heads(without_sheet)["bl"].inputs) == {"photo", "control"}
+    add_input(without_sheet, inputs()["sheet"], "the map came")
+    second = run_all(without_sheet)
+    assert [name for name, result in second.items() if result.computed] == [
+        "digitize", "bl", "topocentric", "resection", "covariance"
+    ]  # fmt: skip
+    assert set(heads(without_sheet)["bl"].inputs) == {"photo", "control", "digitize"}
+    assert not any(result.computed for result in run_all(without_sheet).values())
+
+
+def test_only_what_depends_on_a_change_is_computed(without_sheet: Path) -> None:
+    run_all(without_sheet)
+    facts = inputs()["photo"]
+    (photo,) = facts.tables["photo"]
+    add_input(without_sheet, replace(facts, tables={**facts.tables, "photo": [{**photo, "name": "another"}]}), "name")
+    # every stage reads the photo, but all give the same numbers as before except for their inputs
+    again = run_all(without_sheet)
+    assert again["refine"].computed
+    assert again["bl"].computed
+    before = heads(without_sheet)
+    assert before["topocentric"].version == 2
+    with open_project(without_sheet) as project:
+        one, two = project.runs("resection")
+    assert one.output_digest == two.output_digest
+
+
+def test_a_new_setting_makes_its_readers_stale_and_sticks(without_sheet: Path) -> None:
+    run_all(without_sheet)
+    assert run_stage(without_sheet, "refine", {"reject": True}, "clean").computed
+    results = run_all(without_sheet)
+    assert [name for name, result in results.items() if result.computed] == ["resection", "covariance"]
+    assert heads(without_sheet)["refine"].settings == {"reject": True}
+
+
+def test_the_ledger_names_what_was_read(without_sheet: Path) -> None:
+    run_all(without_sheet)
+    now = heads(without_sheet)
+    for stage in STAGES:
+        if stage.name in now:
+            assert now[stage.name].inputs == {name: now[name].run_id for name in stage.inputs if name in now}
+
+
+def test_unknown_settings_and_missing_inputs_are_refused(without_sheet: Path) -> None:
+    run_all(without_sheet)
+    with pytest.raises(UsageError, match="covariance has no setting degree"):
+        run_stage(without_sheet, "covariance", {"degree": 3}, "x")
+    with pytest.raises(OrientError, match="digitize waits for sheet"):
+        run_stage(without_sheet, "digitize", {}, "x")
+
+
+def test_progress_is_told_in_order(without_sheet: Path) -> None:
+    told: list[str] = []
+    run_stale(
+        without_sheet,
+        {},
+        "test",
+        lambda stage: told.append(f"begin {stage.name}"),
+        lambda result: told.append(f"end {result.stage}"),
+    )
+    expected = [f"{word} {name}" for name in BY_NAME for word in ("begin", "end")]
+    assert told == [line for line in expected if line != "begin digitize"]
