@@ -360,7 +360,7 @@ def spread_against_Q(trials: int, each_apart: bool) -> Spread:
 
 
 def test_simulated_spread_agrees_with_Q() -> None:
-    """The spread divided by the sigma of Q is 1 with common unknowns, for elements and adjusted points, and sigma0 is 1.
+    """Spread / sigma is 1 with common unknowns, for elements and adjusted points, and so is sigma0.
 
     With the same covariance of every point but none between points it is 1.31 to 1.36 for the elements, 1.2 on average
     and up to 1.5 for the points (sigmas a quarter too small), e'Q^-1 e / 6 = 1.9; and sigma0 = 0.95 gives no warning.
