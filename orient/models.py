@@ -119,6 +119,7 @@ class Selection(Base):
     actor: Mapped[str] = text("who selected it")
     reason: Mapped[str] = text("why")
     selected_at: Mapped[str] = text("UTC, ISO 8601")
+    after_run_id: Mapped[int] = whole("newest run of the file at that moment: the order among runs")
     record_digest: Mapped[str] = text("sha256 over this row and the record before: a chain")
 
 
@@ -571,6 +572,7 @@ class GeographicPoint(Base):
     cov_YY_m2: Mapped[float | None] = real("covariance")
     cov_YZ_m2: Mapped[float | None] = real("covariance")
     cov_ZZ_m2: Mapped[float | None] = real("covariance")
+    sheet_north_deg: Mapped[float | None] = real("azimuth of the sheet's north at the point; NULL if not from a sheet")
 
 
 class TopocentricFrame(Base):
@@ -614,6 +616,8 @@ class TopocentricPoint(Base):
     cov_YY_m2: Mapped[float | None] = real("covariance in T'")
     cov_YZ_m2: Mapped[float | None] = real("covariance in T'")
     cov_ZZ_m2: Mapped[float | None] = real("covariance in T'")
+    sheet: Mapped[str | None] = text("sheet from which the point comes; NULL if it was given in control")
+    sheet_north_deg: Mapped[float | None] = real("azimuth of the sheet's north in the point's own horizon")
 
 
 # ---------------------------------------------------------------------------------------------- resection
@@ -705,9 +709,12 @@ class IterationParameter(Base):
     __tablename__ = "iteration_parameter"
     run_id: Mapped[int] = run_id()
     iteration: Mapped[int] = whole("iteration", primary_key=True)
-    point: Mapped[str] = text("empty for the six elements, else the point", primary_key=True)
-    unknown: Mapped[str] = text("alpha omega kappa X_S Y_S Z_S, or X Y Z of the point", primary_key=True)
-    unit: Mapped[str] = text("rad | m")
+    point: Mapped[str] = text("empty for the six elements, else the point or the sheet", primary_key=True)
+    unknown: Mapped[str] = text(
+        "alpha omega kappa X_S Y_S Z_S; X Y Z of the point; B_1_0 ... of the sheet (as sheet_coefficient)",
+        primary_key=True,
+    )
+    unit: Mapped[str] = text("rad | m | deg")
     approximation: Mapped[float] = real("value before the iteration")
     correction: Mapped[float] = real("what the iteration added")
 
@@ -769,6 +776,25 @@ class AdjustedPoint(Base):
     q_YY: Mapped[float] = real("cofactor")
     q_YZ: Mapped[float] = real("cofactor")
     q_ZZ: Mapped[float] = real("cofactor")
+
+
+class AdjustedCoefficient(Base):
+    """Coefficients of the sheet polynomials that were common unknowns of the points of a sheet (see sheet_transform).
+
+    The covariance of the fit to the crosses (`digitize`) is their weight a priori; points of a sheet move together.
+    """
+
+    __tablename__ = "adjusted_coefficient"
+    __table_args__ = (one_of("coordinate", "B", "L", "N", "E"),)
+    run_id: Mapped[int] = run_id()
+    sheet: Mapped[str] = text("sheet", primary_key=True)
+    coordinate: Mapped[str] = text("B or N; L or E", primary_key=True)
+    power_u: Mapped[int] = whole("j of u^j v^k", primary_key=True)
+    power_v: Mapped[int] = whole("k of u^j v^k", primary_key=True)
+    value: Mapped[float] = real("adjusted coefficient, degrees (B, L) or metres (N, E)")
+    correction: Mapped[float] = real("adjusted minus fitted to the crosses")
+    q: Mapped[float] = real("cofactor, unit^2/mm^2: variance = variance_scale x q")
+    variance_ratio: Mapped[float] = real("cofactor after the adjustment to that before; 1 = the photo adds nothing")
 
 
 # ---------------------------------------------------------------------------------------------- covariance

@@ -16,6 +16,26 @@ CREATE TABLE stage_run (
 
 CREATE INDEX ix_stage_run_input_digest ON stage_run (input_digest);
 
+CREATE TABLE adjusted_coefficient (
+	run_id INTEGER NOT NULL, 
+	sheet TEXT NOT NULL, 
+	coordinate TEXT NOT NULL, 
+	power_u INTEGER NOT NULL, 
+	power_v INTEGER NOT NULL, 
+	value REAL NOT NULL, 
+	correction REAL NOT NULL, 
+	q REAL NOT NULL, 
+	variance_ratio REAL NOT NULL, 
+	CONSTRAINT pk_adjusted_coefficient PRIMARY KEY (run_id, sheet, coordinate, power_u, power_v), 
+	CONSTRAINT ck_adjusted_coefficient_coordinate CHECK (coordinate IN ('B', 'L', 'N', 'E')), 
+	CONSTRAINT fk_adjusted_coefficient_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_adjusted_coefficient_value_finite CHECK (value BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_adjusted_coefficient_correction_finite CHECK (correction BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_adjusted_coefficient_q_finite CHECK (q BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_adjusted_coefficient_variance_ratio_finite CHECK (variance_ratio BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
 CREATE TABLE adjusted_point (
 	run_id INTEGER NOT NULL, 
 	point TEXT NOT NULL, 
@@ -354,6 +374,7 @@ CREATE TABLE geographic_point (
 	"cov_YY_m2" REAL, 
 	"cov_YZ_m2" REAL, 
 	"cov_ZZ_m2" REAL, 
+	sheet_north_deg REAL, 
 	CONSTRAINT pk_geographic_point PRIMARY KEY (run_id, point), 
 	CONSTRAINT ck_geographic_point_role CHECK (role IN ('control', 'check')), 
 	CONSTRAINT ck_geographic_point_weighting CHECK (weighting IN ('fixed', 'weighted')), 
@@ -369,7 +390,8 @@ CREATE TABLE geographic_point (
 	CONSTRAINT "ck_geographic_point_cov_XZ_m2_finite" CHECK (cov_XZ_m2 BETWEEN -1e15 AND 1e15), 
 	CONSTRAINT "ck_geographic_point_cov_YY_m2_finite" CHECK (cov_YY_m2 BETWEEN -1e15 AND 1e15), 
 	CONSTRAINT "ck_geographic_point_cov_YZ_m2_finite" CHECK (cov_YZ_m2 BETWEEN -1e15 AND 1e15), 
-	CONSTRAINT "ck_geographic_point_cov_ZZ_m2_finite" CHECK (cov_ZZ_m2 BETWEEN -1e15 AND 1e15)
+	CONSTRAINT "ck_geographic_point_cov_ZZ_m2_finite" CHECK (cov_ZZ_m2 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_geographic_point_sheet_north_deg_finite CHECK (sheet_north_deg BETWEEN -1e15 AND 1e15)
 )
  STRICT;
 
@@ -820,6 +842,7 @@ CREATE TABLE selection (
 	actor TEXT NOT NULL, 
 	reason TEXT NOT NULL, 
 	selected_at TEXT NOT NULL, 
+	after_run_id INTEGER NOT NULL, 
 	record_digest TEXT NOT NULL, 
 	CONSTRAINT pk_selection PRIMARY KEY (selection_id), 
 	CONSTRAINT fk_selection_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id)
@@ -926,6 +949,8 @@ CREATE TABLE topocentric_point (
 	"cov_YY_m2" REAL, 
 	"cov_YZ_m2" REAL, 
 	"cov_ZZ_m2" REAL, 
+	sheet TEXT, 
+	sheet_north_deg REAL, 
 	CONSTRAINT pk_topocentric_point PRIMARY KEY (run_id, point), 
 	CONSTRAINT ck_topocentric_point_known CHECK (known IN ('XYZ', 'plan', 'height')), 
 	CONSTRAINT fk_topocentric_point_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
@@ -943,6 +968,7 @@ CREATE TABLE topocentric_point (
 	CONSTRAINT "ck_topocentric_point_cov_XZ_m2_finite" CHECK (cov_XZ_m2 BETWEEN -1e15 AND 1e15), 
 	CONSTRAINT "ck_topocentric_point_cov_YY_m2_finite" CHECK (cov_YY_m2 BETWEEN -1e15 AND 1e15), 
 	CONSTRAINT "ck_topocentric_point_cov_YZ_m2_finite" CHECK (cov_YZ_m2 BETWEEN -1e15 AND 1e15), 
-	CONSTRAINT "ck_topocentric_point_cov_ZZ_m2_finite" CHECK (cov_ZZ_m2 BETWEEN -1e15 AND 1e15)
+	CONSTRAINT "ck_topocentric_point_cov_ZZ_m2_finite" CHECK (cov_ZZ_m2 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_topocentric_point_sheet_north_deg_finite CHECK (sheet_north_deg BETWEEN -1e15 AND 1e15)
 )
  STRICT;

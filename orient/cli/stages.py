@@ -11,6 +11,7 @@ from orient.cli.options import Again, ProjectPath, Reason
 from orient.values import Settings
 
 CONTROL = ("auto", "fixed", "weighted")
+CORRELATION = ("sheet", "point")
 VARIANCE = ("posteriori", "priori")
 CHOICE = ("f-test", "leave-one-out")
 RADIUS = ("exact", "polynomial")
@@ -142,6 +143,15 @@ def resection(
             help="Errors of the control: as given, none, all.",
         ),
     ] = None,
+    correlation: Annotated[
+        str | None,
+        typer.Option(
+            "--correlation",
+            metavar="|".join(CORRELATION),
+            callback=_one_of(CORRELATION),
+            help="Errors of a map sheet: common to its points, or each point apart.",
+        ),
+    ] = None,
     variance: Annotated[
         str | None,
         typer.Option(
@@ -155,7 +165,13 @@ def resection(
     tolerance: Tolerance = None,
 ) -> None:
     """Exterior orientation of the photo; no approximate values are needed."""
-    given = _given(control=control, variance=variance, max_iterations=max_iterations, tolerance=tolerance)
+    given = _given(
+        control=control,
+        correlation=correlation,
+        variance=variance,
+        max_iterations=max_iterations,
+        tolerance=tolerance,
+    )
     _stage(project, "resection", given, message, again)
 
 

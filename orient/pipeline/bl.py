@@ -14,7 +14,7 @@ from orient.geodesy.ellipsoid import meridian_radius, prime_vertical_radius
 from orient.geodesy.topocentric import local_axes
 from orient.pipeline.ground import Ground, ground_of
 from orient.pipeline.tables import Array, columns, covariance_columns, covariances, names, or_none, single
-from orient.units import RADIANS_PER_DEGREE
+from orient.units import DEGREES_PER_RADIAN, RADIANS_PER_DEGREE
 from orient.values import Event, Outcome, Row, Settings, Tables
 
 STEP_M = 1.0
@@ -26,7 +26,7 @@ class SourcePoints:
     """Points of one source in its own system: `coordinates` (n, 3) in the axis order E/L, N/B, H or X, Y, Z.
 
     Degrees for geographic ones; NaN = not given. `covariance` (n, 3, 3) has the axes north, east, up (X, Y, Z for
-    geocentric and local points), NaN = taken as known.
+    geocentric and local points), NaN = taken as known. `is_sheet`: points of a digitised map sheet.
     """
 
     source: str
@@ -35,6 +35,7 @@ class SourcePoints:
     names: Sequence[str]
     coordinates: Array
     covariance: Array
+    is_sheet: bool = False
 
 
 def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
@@ -52,7 +53,9 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
             events.append(_passed_event(source))
         else:
             geographic, grid_north, operation = _to_ground(source, ground, bool(settings["allow_ballpark"]))
-            rows += _geographic_rows(source, geographic, _in_horizon(source, geographic, grid_north, ground), roles)
+            in_horizon = _in_horizon(source, geographic, grid_north, ground)
+            north = grid_north if source.is_sheet else np.full_like(grid_north, np.nan)
+            rows += _geographic_rows(source, geographic, in_horizon, north, roles)
             operations += operation
             events += [_ballpark_event(source) for row in operation if row["is_ballpark"]]
     merged = _merge(rows, events)
@@ -97,7 +100,8 @@ def _sheet_sources(digitize: Tables) -> list[SourcePoints]:
         kind = "geographic" if transform["target"] == "geographic" else "projected"
         crs = None if transform["crs"] is None else str(transform["crs"])
         coordinates = columns(rows, *COORDINATE_FIELDS[kind])
-        sources.append(SourcePoints(sheet, kind, crs, names(rows), coordinates, _sheet_covariance(rows)))
+        covariance = _sheet_covariance(rows)
+        sources.append(SourcePoints(sheet, kind, crs, names(rows), coordinates, covariance, is_sheet=True))
     return sources
 
 
@@ -119,7 +123,7 @@ def _passed_through(source: SourcePoints, ground: Ground, roles: Mapping[str, st
     rows: list[dict[str, object]] = []
     for name, xyz, covariance in zip(source.names, source.coordinates, source.covariance, strict=True):
         local = {"X_m": or_none(xyz[0]), "Y_m": or_none(xyz[1]), "Z_m": or_none(xyz[2])}
-        empty = {"B_deg": None, "L_deg": None, "H_m": None}
+        empty = {"B_deg": None, "L_deg": None, "H_m": None, "sheet_north_deg": None}
         rows.append({**_head(name, source, roles, covariance), **empty, **local, **_covariance(covariance)})
     return rows
 
@@ -130,9 +134,7 @@ def _passed_event(source: SourcePoints) -> Event:
 
 
 def _ballpark_event(source: SourcePoints) -> Event:
-    message = (
-        f"{source.source}: the datum change is a ballpark one, as allowed: it may be off by hundreds of metres"
-    )
+    message = f"{source.source}: the datum change is a ballpark one, as allowed: it may be off by hundreds of metres"
     return Event("warning", "ballpark", source.source, message)
 
 
@@ -217,12 +219,14 @@ def _in_horizon(source: SourcePoints, geographic: Array, grid_north: Array, grou
 
 
 def _geographic_rows(
-    source: SourcePoints, geographic: Array, covariances: Array, roles: Mapping[str, str]
+    source: SourcePoints, geographic: Array, covariances: Array, sheet_north: Array, roles: Mapping[str, str]
 ) -> list[dict[str, object]]:
     rows: list[dict[str, object]] = []
-    for name, (longitude, latitude, height), covariance in zip(source.names, geographic, covariances, strict=True):
+    degrees = sheet_north * DEGREES_PER_RADIAN
+    places = zip(source.names, geographic, covariances, degrees, strict=True)
+    for name, (longitude, latitude, height), covariance, north in places:
         place = {"B_deg": or_none(latitude), "L_deg": or_none(longitude), "H_m": or_none(height)}
-        empty = {"X_m": None, "Y_m": None, "Z_m": None}
+        empty = {"X_m": None, "Y_m": None, "Z_m": None, "sheet_north_deg": or_none(north)}
         rows.append({**_head(name, source, roles, covariance), **place, **empty, **_covariance(covariance)})
     return rows
 

@@ -65,7 +65,7 @@ def _fitted(sheet: Sheet) -> tuple[SheetFit, dict[str, list[Row]], list[Event]]:
     """The polynomial of a sheet, its rows, and its bad crosses."""
     XY = columns(sheet.crosses, "X_mm", "Y_mm")
     target = columns(sheet.crosses, *(("B_deg", "L_deg") if sheet.is_geographic else ("N_m", "E_m")))
-    factors = _metres_per_unit(target, sheet)
+    factors = metres_per_unit(target, sheet.is_geographic, sheet.ground)
     carries = np.array([row["role"] == "fit" for row in sheet.crosses])
     labels = names(sheet.crosses, "cross")
     given = (XY, target, factors, sheet.degree, carries)
@@ -102,13 +102,13 @@ def _predicted(error_m: float | None) -> str:
     return "" if error_m is None else f" (predicts a cross to {error_m:.1f} m)"
 
 
-def _metres_per_unit(target: Array, sheet: Sheet) -> Array:
+def metres_per_unit(target: Array, is_geographic: bool, ground: Ground) -> Array:
     """(n, 2) metres northwards and eastwards per unit of the target: M rho and N cos B rho, or 1 on a grid."""
-    if not sheet.is_geographic:
+    if not is_geographic:
         return np.ones_like(target)
     latitude = target[:, 0] * RADIANS_PER_DEGREE
-    north = meridian_radius(sheet.ground.figure, latitude)
-    east = prime_vertical_radius(sheet.ground.figure, latitude) * np.cos(latitude)
+    north = meridian_radius(ground.figure, latitude)
+    east = prime_vertical_radius(ground.figure, latitude) * np.cos(latitude)
     return np.column_stack([north, east]) * RADIANS_PER_DEGREE
 
 
@@ -193,7 +193,7 @@ def _points(sheet: Sheet, fit: SheetFit) -> tuple[list[Row], list[Event]]:
         return [], []
     cycles = cycle_means(names(sheet.readings), columns(sheet.readings, "X_mm", "Y_mm"), reject=sheet.reject)
     predicted = predict(fit, cycles.means)
-    factors = _metres_per_unit(predicted.values, sheet)
+    factors = metres_per_unit(predicted.values, sheet.is_geographic, sheet.ground)
     by_reading = predicted.gradient * factors[:, :, None]
     one_reading = _reading_covariance(_reading_sigma(sheet, cycles), fit, by_reading)
     reading = one_reading / cycles.n_used[:, None, None]

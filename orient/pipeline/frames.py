@@ -13,6 +13,7 @@ from orient.geodesy.topocentric import (
     Origin,
     geocentric_from_geographic,
     geographic_from_topocentric,
+    horizon_axes,
     local_axes,
     topocentric_from_geographic,
     turn_from_grid,
@@ -55,6 +56,12 @@ class Frame:
         """(n, 3) T' of points given by B, L [rad], H."""
         origin, ellipsoid = self._earth()
         return turn_to_grid(topocentric_from_geographic(latitude, longitude, height, origin, ellipsoid), self.gamma)
+
+    def from_horizon(self, latitude: Array, longitude: Array) -> Array:
+        """(n, 3, 3) matrices that take north, east, up of each point's own horizon to T'; B, L [rad]."""
+        origin, _ = self._earth()
+        turned: Array = turn_to_grid(np.eye(3), self.gamma).T @ horizon_axes(latitude, longitude, origin)
+        return turned
 
     def geocentric_from_right_handed(self) -> Array:
         """(3, 3) rotation that takes east, north, up of T' to geocentric axes."""

@@ -80,10 +80,17 @@ STAGES = (
     ),
     Stage(
         "resection",
-        1,
+        2,
         "exterior orientation",
         required=("photo", "refine", "topocentric"),
-        settings={"control": "auto", "variance": "posteriori", "max_iterations": 50, "tolerance": 1e-10},
+        optional=("digitize",),
+        settings={
+            "control": "auto",
+            "correlation": "sheet",
+            "variance": "posteriori",
+            "max_iterations": 50,
+            "tolerance": 1e-10,
+        },
     ),
     Stage(
         "covariance",

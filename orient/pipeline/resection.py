@@ -6,12 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from orient.errors import GeometryError
+from orient.pipeline.common_coefficients import CommonCoefficients, common_coefficients
 from orient.pipeline.findings import in_stored_names, odd_points, resection_findings
 from orient.pipeline.frames import Frame, frame_of
 from orient.pipeline.ground import Ground, ground_of
-from orient.pipeline.resection_rows import result_tables, trace_tables
+from orient.pipeline.resection_rows import result_tables
+from orient.pipeline.resection_trace import adjusted_coefficient_rows, trace_tables
 from orient.pipeline.tables import Array, columns, required, single
-from orient.pipeline.weights import GroundWeights, ground_weights
+from orient.pipeline.weights import ground_weights
 from orient.solvers.resection import Resection, resect
 from orient.units import RADIANS_PER_DEGREE
 from orient.values import Event, Outcome, Row, Settings, Tables
@@ -69,9 +71,9 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     control, check = seen.only("control"), seen.only("check")
     _require_enough(control)
     sigma0 = required(photo, "sigma_image_mm")
-    weights = ground_weights(control.rows, str(settings["control"]), sigma0)
-    found = _solve(photo, ground, frame, control, weights, sigma0, settings)
-    traces = trace_tables(found, frame, control.points)
+    shared = _shared(control, inputs.get("digitize", {}), frame, ground, settings)
+    found = _solve(photo, ground, frame, control, shared, sigma0, settings)
+    traces = trace_tables(found, frame, control.points, () if shared is None else shared.coefficients)
     if found.termination != "CONVERGED":
         full = np.flatnonzero(control.known == "XYZ")
         place = frame.right_handed(control.ground[full])
@@ -81,7 +83,17 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     events += resection_findings(found, frame, control.points, sigma0)
     use_posteriori = settings["variance"] == "posteriori" and found.redundancy > 0
     results = result_tables(found, frame, ground, control, check, sigma0, use_posteriori)
-    return Outcome({**results, **traces}, events, _summary(found, sigma0))
+    adjusted = {"adjusted_coefficient": adjusted_coefficient_rows(found, shared, sigma0)}
+    return Outcome({**results, **adjusted, **traces}, events, _summary(found, sigma0))
+
+
+def _shared(
+    control: Observations, digitize: Tables, frame: Frame, ground: Ground, settings: Settings
+) -> CommonCoefficients | None:
+    """What control points of one sheet share; nothing without errors, or when each point is to stand apart."""
+    if settings["control"] == "fixed" or settings["correlation"] == "point":
+        return None
+    return common_coefficients(control.rows, digitize, frame, ground)
 
 
 def observations(refine: Tables, topocentric: Tables) -> tuple[Observations, list[Event]]:
@@ -131,11 +143,13 @@ def _solve(
     ground: Ground,
     frame: Frame,
     control: Observations,
-    weights: GroundWeights,
+    shared: CommonCoefficients | None,
     sigma0: float,
     settings: Settings,
 ) -> Resection:
     """Resection; height-only points are set on the curved surface of their height again until they lie on it."""
+    own = None if shared is None else shared.own
+    weights = ground_weights(control.rows, str(settings["control"]), sigma0, own)
     place, up = control.ground, control.up
     height_only = control.known == "height"
     for _ in range(MAX_HEIGHT_ROUNDS):
@@ -147,6 +161,7 @@ def _solve(
             required(photo, "f_mm"),
             ground_free=frame.right_handed_matrix(free) if free.any() else None,
             ground_weight=frame.right_handed_matrix(weight) if free.any() else None,
+            common=None if shared is None else shared.in_solver(frame, sigma0),
             start_mask=control.known == "XYZ",
             approximate_station=_approximate_station(photo, frame),
             tolerance=float(settings["tolerance"] or 0.0),

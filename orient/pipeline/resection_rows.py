@@ -14,14 +14,13 @@ from orient.geometry.rotation import (
     opk_by_rotation,
     opk_from_matrix,
     quaternion_from_matrix,
-    rotation_exp,
 )
 from orient.pipeline.frames import Frame
 from orient.pipeline.ground import Ground
 from orient.pipeline.tables import COVARIANCE_PARTS, UPPER_3, Array, or_none
 from orient.solvers.packed import pack_upper
-from orient.solvers.resection import IterationRecord, Resection
-from orient.units import DEGREES_PER_RADIAN, wrap_half_turn
+from orient.solvers.resection import Resection
+from orient.units import DEGREES_PER_RADIAN
 from orient.values import Row
 
 if TYPE_CHECKING:
@@ -33,15 +32,6 @@ ROTATIONS = ("rotation_1", "rotation_2", "rotation_3")
 STATION = ("X_S", "Y_S", "Z_S")
 QUATERNION = ("q_w", "q_x", "q_y", "q_z")
 Rows = list[dict[str, str | int | float | None]]
-
-
-def trace_tables(found: Resection, frame: Frame, points: Sequence[str]) -> Mapping[str, Sequence[Row]]:
-    """Iterations and equations: stored for a failure too."""
-    return {
-        "iteration": [_iteration_row(number, record) for number, record in enumerate(found.iterations, 1)],
-        "iteration_parameter": _parameter_rows(found, frame, points),
-        "equation": _equation_rows(found, frame, points),
-    }
 
 
 def result_tables(
@@ -68,8 +58,8 @@ def _orientation_row(found: Resection, frame: Frame, sigma0: float, scale: float
     station = frame.right_handed(found.station)
     return {
         "frame": frame.kind,
-        **_named(("X_S_m", "Y_S_m", "Z_S_m"), station),
-        **_named(QUATERNION, quaternion_from_matrix(found.rotation)),
+        **named(("X_S_m", "Y_S_m", "Z_S_m"), station),
+        **named(QUATERNION, quaternion_from_matrix(found.rotation)),
         "f_mm": found.f_mm,
         **_place_on_earth(station, frame),
         "n_control": len(found.residuals),
@@ -93,7 +83,7 @@ def _place_on_earth(station: Array, frame: Frame) -> dict[str, float | None]:
         return dict.fromkeys(keys)
     geographic = frame.geographic(station[None, :])
     degrees = geographic[0] * [DEGREES_PER_RADIAN, DEGREES_PER_RADIAN, 1.0]
-    return {**_named(keys, np.concatenate([degrees, frame.geocentric(geographic)[0]]))}
+    return {**named(keys, np.concatenate([degrees, frame.geocentric(geographic)[0]]))}
 
 
 def _angle_rows(found: Resection, frame: Frame, ground: Ground, scale: float) -> Rows:
@@ -158,68 +148,14 @@ def _packed_rows(unknowns: str, unknown_names: Sequence[str], matrix: Array) -> 
     ]
 
 
-def _iteration_row(number: int, record: IterationRecord) -> Row:
-    return {
-        "iteration": number,
-        "vPv": float(record.vPv),
-        "max_scaled_step": float(record.max_scaled_step),
-        "damping": float(record.damping),
-        **_named(QUATERNION, quaternion_from_matrix(record.rotation)),
-    }
-
-
-def _parameter_rows(found: Resection, frame: Frame, points: Sequence[str]) -> Rows:
-    rows: Rows = []
-    for number, record in enumerate(found.iterations, 1):
-        before = aok_from_matrix(record.rotation)
-        after = aok_from_matrix(rotation_exp(record.correction_rotation) @ record.rotation)
-        steps = [wrap_half_turn(float(new - old)) for old, new in zip(before, after, strict=True)]
-        rows += _unknown_rows(number, "", ANGLES_AOK, "rad", before, np.array(steps))
-        station, step = frame.right_handed(record.station), frame.right_handed(record.correction_station)
-        rows += _unknown_rows(number, "", STATION, "m", station, step)
-        if record.ground is not None and record.correction_ground is not None:
-            places, moves = frame.right_handed(record.ground), frame.right_handed(record.correction_ground)
-            for point, place, move in zip(points, places, moves, strict=True):
-                rows += _unknown_rows(number, point, ("X", "Y", "Z"), "m", place, move)
-    return rows
-
-
-def _unknown_rows(
-    iteration: int, point: str, unknowns: Sequence[str], unit: str, approximations: Array, corrections: Array
-) -> Rows:
-    return [
-        {
-            "iteration": iteration,
-            "point": point,
-            "unknown": unknown,
-            "unit": unit,
-            "approximation": float(approximation),
-            "correction": float(correction),
-        }
-        for unknown, approximation, correction in zip(unknowns, approximations, corrections, strict=True)
-    ]
-
-
-def _equation_rows(found: Resection, frame: Frame, points: Sequence[str]) -> Rows:
-    coefficients = np.array(found.equations, copy=True)
-    coefficients[:, :, 3:6] = frame.right_handed(found.equations[:, :, 3:6])
-    coefficients[:, :, 6:9] = frame.right_handed(found.equations[:, :, 6:9])
-    keys = [f"a{number}" for number in range(1, 10)]
-    return [
-        {"point": point, "axis": axis, **_named(keys, coefficients[i, j]), "l_mm": float(found.free_terms[i, j])}
-        for i, point in enumerate(points)
-        for j, axis in enumerate("xy")
-    ]
-
-
 def _control_residuals(found: Resection, control: "Observations") -> Rows:
     return [
         {
             "point": point,
             "role": "control",
-            **_named(("x_mm", "y_mm"), control.image[index]),
-            **_named(("vx_mm", "vy_mm"), found.residuals[index]),
-            **_named(("redundancy_x", "redundancy_y"), found.redundancy_numbers[index]),
+            **named(("x_mm", "y_mm"), control.image[index]),
+            **named(("vx_mm", "vy_mm"), found.residuals[index]),
+            **named(("redundancy_x", "redundancy_y"), found.redundancy_numbers[index]),
             "depth_m": -float(found.zs[index]),
         }
         for index, point in enumerate(control.points)
@@ -236,8 +172,8 @@ def _check_residuals(found: Resection, frame: Frame, check: "Observations") -> R
         {
             "point": check.points[index],
             "role": "check",
-            **_named(("x_mm", "y_mm"), check.image[index]),
-            **_named(("vx_mm", "vy_mm"), computed[row] - check.image[index]),
+            **named(("x_mm", "y_mm"), check.image[index]),
+            **named(("vx_mm", "vy_mm"), computed[row] - check.image[index]),
             "redundancy_x": None,
             "redundancy_y": None,
             "depth_m": -float(zs[row]),
@@ -255,13 +191,13 @@ def _adjusted_rows(found: Resection, frame: Frame, control: "Observations") -> R
     return [
         {
             "point": point,
-            **_named(("X_m", "Y_m", "Z_m"), place[index]),
-            **_named(("dX_m", "dY_m", "dZ_m"), moved[index]),
-            **_named(keys, cofactor[index][UPPER_3]),
+            **named(("X_m", "Y_m", "Z_m"), place[index]),
+            **named(("dX_m", "dY_m", "dZ_m"), moved[index]),
+            **named(keys, cofactor[index][UPPER_3]),
         }
         for index, point in enumerate(control.points)
     ]
 
 
-def _named(keys: Sequence[str], values: Array) -> dict[str, float]:
+def named(keys: Sequence[str], values: Array) -> dict[str, float]:
     return dict(zip(keys, (float(value) for value in values), strict=True))

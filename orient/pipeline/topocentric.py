@@ -137,6 +137,8 @@ def _rows(
                 **dict(zip(("X_m", "Y_m", "Z_m"), in_t_prime[index].tolist(), strict=True)),
                 **dict(zip(("up_X", "up_Y", "up_Z"), up[index].tolist(), strict=True)),
                 **covariance_columns(matrix),
+                "sheet": None if point["sheet_north_deg"] is None else str(point["source"]),
+                "sheet_north_deg": number(point, "sheet_north_deg"),
             }
         )
     return rows

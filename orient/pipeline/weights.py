@@ -30,14 +30,15 @@ class GroundWeights:
         return self.projector + not_given, self.weight
 
 
-def ground_weights(rows: Sequence[Row], control: str, sigma0: float) -> GroundWeights:
+def ground_weights(rows: Sequence[Row], control: str, sigma0: float, covariance: Array | None = None) -> GroundWeights:
     """Weights P = sigma0^2 C^-1 of ground coordinates in the directions in which C is not zero.
 
     `control` is auto (each point as it was given), fixed (no errors) or weighted (every point must have a covariance).
+    `covariance` (n, 3, 3): others than those of the rows, such as without the part that the points of a sheet share.
     A point whose covariance has no height part keeps its height without error. Source: seed 004, (4), with the
     observation equations that EQUATIONS 4 adds.
     """
-    covariance = covariances(rows)
+    covariance = covariances(rows) if covariance is None else covariance
     has_one = np.asarray(np.isfinite(covariance).all(axis=(1, 2)))
     if control == "weighted" and not has_one.all():
         point = rows[int(np.argmin(has_one))]["point"]

@@ -40,6 +40,14 @@ class PointTriangles:
     rho: FloatArray
 
 
+@dataclass(frozen=True, slots=True)
+class PointCofactors:
+    """`with_elements` (n, 9, 9): of the six elements together with each point P_i; `own` (n, 3, 3): of p_i alone."""
+
+    with_elements: FloatArray
+    own: FloatArray
+
+
 def ground_knowledge(given: FloatArray, free: FloatArray | None, weight: FloatArray | None) -> GroundKnowledge:
     """Projectors D and weights W of ground points `given` (n, 3); None means errorless and without weight.
 
@@ -56,27 +64,29 @@ def ground_knowledge(given: FloatArray, free: FloatArray | None, weight: FloatAr
 
 
 def eliminate(
-    design_e: FloatArray, design_P: FloatArray, free_term: FloatArray, shift: FloatArray, known: GroundKnowledge
+    design: FloatArray, design_P: FloatArray, free_term: FloatArray, shift: FloatArray, known: GroundKnowledge
 ) -> tuple[FloatArray, FloatArray, PointTriangles]:
-    """Rows of the six elements that are left when the unknown points are eliminated, by QR of each point's block.
+    """Two rows per point that are left for the rim when the unknown points are eliminated, by QR of each point's block.
 
-    `design_e` (m, 2, u), `design_P` (m, 2, 3), `free_term` (m, 2): whitened image equations of the points
-    `known.unknown`; `shift` (m, 3) = adjusted minus given. Returns (5m, u) rows, their free terms (5m,), the triangles.
+    `design` (m, 2, u), `design_P` (m, 2, 3), `free_term` (m, 2): whitened image equations of the points
+    `known.unknown`; `shift` (m, 3) = adjusted minus given. Returns (2m, u) rows, their free terms (2m,), the triangles.
+    The decomposition does not know u: it carries the unit vectors of the two image equations instead.
     """
-    points, u = known.unknown, design_e.shape[2]
+    points, u = known.unknown, design.shape[2]
     D, G = known.free[points], known.weight_root[points]
     scale = np.max(np.abs(design_P), axis=(1, 2), initial=0.0)[:, None, None]
-    block = np.zeros((len(points), 8, 3 + u + 1))
+    block = np.zeros((len(points), 8, 6))
     # heavy rows first: orthogonal reduction keeps its digits then
     block[:, 0:3, :3] = G
-    block[:, 0:3, -1] = np.einsum("nij,nj->ni", G, shift)
+    block[:, 0:3, 5] = np.einsum("nij,nj->ni", G, shift)
     block[:, 3:5, :3] = design_P @ D
-    block[:, 3:5, 3:-1] = design_e
-    block[:, 3:5, -1] = free_term
+    block[:, 3:5, 3:5] = np.eye(2)
     block[:, 5:8, :3] = (np.eye(3) - D) * scale
     R = np.asarray(np.linalg.qr(block, mode="r"))
-    rest = R[:, 3:, 3:].reshape(-1, u + 1)
-    return rest[:, :-1], rest[:, -1], PointTriangles(R[:, :3, :3], R[:, :3, 3:-1], R[:, :3, -1])
+    reduced = R[:, :5, 3:5] @ design
+    reduced_free_term = np.einsum("nij,nj->ni", R[:, :5, 3:5], free_term) + R[:, :5, 5]
+    triangles = PointTriangles(R[:, :3, :3], reduced[:, :3], reduced_free_term[:, :3])
+    return reduced[:, 3:].reshape(-1, u), reduced_free_term[:, 3:].ravel(), triangles
 
 
 def point_corrections(triangles: PointTriangles, scaled_corrections: FloatArray, known: GroundKnowledge) -> FloatArray:
@@ -88,20 +98,29 @@ def point_corrections(triangles: PointTriangles, scaled_corrections: FloatArray,
     return corrections
 
 
-def joint_cofactors(triangles: PointTriangles, scales: FloatArray, Q: FloatArray, known: GroundKnowledge) -> FloatArray:
-    """Cofactor matrices (n, u+3, u+3) of the elements together with each point."""
-    u, points = len(Q), known.unknown
+def point_cofactors(
+    triangles: PointTriangles, scales: FloatArray, Q: FloatArray, known: GroundKnowledge, by_common: FloatArray
+) -> PointCofactors:
+    """Cofactors of the points from those, `Q` (q+6, q+6), of the common unknowns z and the elements.
+
+    P_i = given + by_common_i z + p_i, dp = -D R_P^-1 (R_rim d(z, e) + rho); `by_common` (n, 3, q); `scales` (q+6,).
+    """
+    points, q = known.unknown, by_common.shape[2]
     D = known.free[points]
-    by_elements = np.zeros((len(known.given), 3, u))
-    by_elements[points] = -D @ _solved(triangles.R_P, triangles.R_e) / scales
+    own = np.zeros((len(known.given), 3, len(Q)))
+    own[points] = -D @ _solved(triangles.R_P, triangles.R_e) / scales
+    whole = own.copy()
+    whole[:, :, :q] += by_common
     inverse = D @ _solved(triangles.R_P, np.broadcast_to(np.eye(3), D.shape))
-    joint = np.zeros((len(known.given), u + 3, u + 3))
-    joint[:, :u, :u] = Q
-    joint[:, u:, :u] = by_elements @ Q
-    joint[:, :u, u:] = joint[:, u:, :u].transpose(0, 2, 1)
-    joint[:, u:, u:] = by_elements @ Q @ by_elements.transpose(0, 2, 1)
-    joint[points, u:, u:] += inverse @ inverse.transpose(0, 2, 1)
-    return joint
+    joint = np.zeros((len(known.given), 9, 9))
+    joint[:, :6, :6] = Q[q:, q:]
+    joint[:, 6:, :6] = whole @ Q[:, q:]
+    joint[:, :6, 6:] = joint[:, 6:, :6].transpose(0, 2, 1)
+    joint[:, 6:, 6:] = whole @ Q @ whole.transpose(0, 2, 1)
+    of_own = own @ Q @ own.transpose(0, 2, 1)
+    for cofactor in (joint[:, 6:, 6:], of_own):
+        cofactor[points] += inverse @ inverse.transpose(0, 2, 1)
+    return PointCofactors(joint, of_own)
 
 
 def undetermined_points(triangles: PointTriangles, known: GroundKnowledge, limit: float) -> NDArray[np.intp]:

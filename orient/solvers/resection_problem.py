@@ -1,17 +1,22 @@
-"""v = B_e de + B_p dP + L, v_P = dP + t: the equations of a space resection, as `functional_iteration` wants them."""
+"""v = B_e de + B_p (G dc + dp) + L, v_p = dp + t, v_c = dc + c: the equations of a space resection.
 
-from dataclasses import dataclass
+Elements e and common unknowns c (sheets of the points) on the rim, points p eliminated, then c, as
+`functional_iteration` wants them.
+"""
+
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orient.geometry.collinearity import partials_rotation, project
 from orient.geometry.rotation import rotation_exp
+from orient.solvers.common_unknowns import CommonTriangle, WhitenedCommon, no_common, redundancy_numbers
 from orient.solvers.ground_points import (
     GroundKnowledge,
     PointTriangles,
     eliminate,
-    joint_cofactors,
+    point_cofactors,
     point_corrections,
 )
 
@@ -20,13 +25,17 @@ FloatArray = NDArray[np.float64]
 ELEMENTS = ("r_X", "r_Y", "r_Z", "X_S", "Y_S", "Z_S")
 
 
+NO_COMMON = np.zeros(0)
+
+
 @dataclass(frozen=True, slots=True)
 class Orientation:
-    """State of the iteration: the six elements and the ground points (n, 3)."""
+    """State of the iteration: the six elements, the ground points (n, 3), the common unknowns z (q,) of unit weight."""
 
     rotation: FloatArray
     station: FloatArray
     ground: FloatArray
+    common: FloatArray = field(default_factory=NO_COMMON.copy)
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,16 +47,37 @@ class ResectionEquations:
     rho: FloatArray
     scales: FloatArray
     points: PointTriangles
+    common: CommonTriangle
+
+
+@dataclass(frozen=True, slots=True)
+class Quality:
+    """Cofactors of z and the elements (q+6, q+6), of the ground (n, 3, 3), and the redundancy numbers diag(Q_v P).
+
+    `image` (n, 2); `ground` (n,): of the given coordinates of a point together; `common` (k,).
+    """
+
+    rim: FloatArray
+    Q_P: FloatArray
+    image: FloatArray
+    ground: FloatArray
+    common: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
 class ResectionProblem:
-    """Image points (n, 2) [mm] with their cofactors (n, 2, 2), what is known of the ground, f [mm]."""
+    """Image points (n, 2) [mm] with their cofactors (n, 2, 2), what is known of the ground, f [mm], what is shared."""
 
     image: FloatArray
     image_cofactor: FloatArray
     known: GroundKnowledge
     f_mm: float
+    shared: WhitenedCommon | None = None
+
+    @property
+    def common(self) -> WhitenedCommon:
+        """What the points share; nothing by default."""
+        return no_common(len(self.image)) if self.shared is None else self.shared
 
     def linearise(self, state: Orientation) -> ResectionEquations:
         """Whitened equations about `state`, the unknown points eliminated, one QR decomposition of the rest."""
@@ -57,45 +87,66 @@ class ResectionProblem:
         scales = np.array([1.0, 1.0, 1.0, distance, distance, distance])
         rows = np.concatenate([partials, (computed - self.image)[:, :, None]], axis=2)
         if not (np.isfinite(rows).all() and np.isfinite(distance)):
-            return _not_finite(scales)
+            return _not_finite(scales, self.common.rank)
         white = np.linalg.solve(np.linalg.cholesky(self.image_cofactor), rows)
         white[:, :, :6] *= scales
-        shift = state.ground - self.known.given
+        shift = state.ground - self.known.given - self.common.shift(state.common)
         vPv = float(np.sum(white[:, :, 9] ** 2) + np.sum((self.known.weight_root @ shift[:, :, None]) ** 2))
-        u = self.known.unknown
-        rest, rest_free_term, points = eliminate(
-            white[u, :, :6], white[u, :, 6:9], white[u, :, 9], shift[u], self.known
-        )
-        fixed = self.known.free_rank == 0
-        design = np.vstack([white[fixed, :, :6].reshape(-1, 6), rest])
-        free_term = np.concatenate([white[fixed, :, 9].ravel(), rest_free_term])
+        design, free_term, points = self._rim_equations(white, shift, state.common)
         R = np.asarray(np.linalg.qr(np.column_stack([design, free_term]), mode="r"))
-        return ResectionEquations(vPv, R[:6, :6], R[:6, 6], scales, points)
+        q = self.common.rank
+        common = CommonTriangle(R[:q, :q], R[:q, q:-1], R[:q, -1])
+        vPv += float(state.common @ state.common)
+        return ResectionEquations(vPv, R[q : q + 6, q:-1], R[q : q + 6, -1], scales, points, common)
+
+    def _rim_equations(
+        self, white: FloatArray, shift: FloatArray, z: FloatArray
+    ) -> tuple[FloatArray, FloatArray, PointTriangles]:
+        """Equations of z and the elements: those that z has itself, of fixed points, of points without theirs."""
+        q, u = self.common.rank, self.known.unknown
+        fixed = self.known.free_rank == 0
+        rim = np.concatenate([white[:, :, 6:9] @ self.common.by_ground, white[:, :, :6]], axis=2)
+        rest, rest_free_term, points = eliminate(rim[u], white[u, :, 6:9], white[u, :, 9], shift[u], self.known)
+        design = np.vstack([np.eye(q, q + 6), rim[fixed].reshape(-1, q + 6), rest])
+        return design, np.concatenate([z, white[fixed, :, 9].ravel(), rest_free_term]), points
 
     def corrected(
         self, state: Orientation, linear: ResectionEquations, corrections: FloatArray
     ) -> tuple[Orientation, float]:
-        """R <- exp([r]x) R, S <- S + dS, P <- P + dP."""
-        dP = point_corrections(linear.points, corrections / linear.scales, self.known)
+        """R <- exp([r]x) R, S <- S + dS, z <- z + dz, P <- P + G F dz + dp."""
+        scaled = corrections / linear.scales
+        dz = linear.common.corrections(scaled)
+        dp = point_corrections(linear.points, np.concatenate([dz, scaled]), self.known)
+        dP = self.common.shift(dz) + dp
         following = Orientation(
-            rotation_exp(corrections[:3]) @ state.rotation, state.station + corrections[3:], state.ground + dP
+            rotation_exp(corrections[:3]) @ state.rotation,
+            state.station + corrections[3:],
+            state.ground + dP,
+            state.common + dz,
         )
         return following, float(np.max(np.abs(dP), initial=0.0) / linear.scales[3])
 
-    def redundancy_numbers(
-        self, state: Orientation, linear: ResectionEquations, Q: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """diag(Q_v P) of the image coordinates (n, 2), of the ground weights together (n,), and Q_P (n, 3, 3)."""
-        joint = joint_cofactors(linear.points, linear.scales, Q, self.known)
+    def quality(self, state: Orientation, linear: ResectionEquations, Q: FloatArray) -> Quality:
+        """Cofactors and redundancy numbers of everything, from the cofactors Q (6, 6) of the elements."""
+        q = self.common.rank
+        rim = linear.common.rim_cofactors(linear.scales, Q)
+        scales = np.concatenate([np.ones(q), linear.scales])
+        points = point_cofactors(linear.points, scales, rim, self.known, self.common.by_ground)
         design = partials_rotation(state.ground, state.station, state.rotation, self.f_mm)
-        explained = design @ joint @ design.transpose(0, 2, 1) @ np.linalg.inv(self.image_cofactor)
-        Q_P = joint[:, 6:, 6:]
+        explained = design @ points.with_elements @ design.transpose(0, 2, 1) @ np.linalg.inv(self.image_cofactor)
         G = self.known.weight_root
-        of_ground = self.known.weight_rank - np.trace(G @ Q_P @ G.transpose(0, 2, 1), axis1=1, axis2=2)
-        return 1.0 - np.diagonal(explained, axis1=1, axis2=2), of_ground, Q_P
+        of_ground = self.known.weight_rank - np.trace(G @ points.own @ G.transpose(0, 2, 1), axis1=1, axis2=2)
+        return Quality(
+            rim=rim,
+            Q_P=points.with_elements[:, 6:, 6:],
+            image=1.0 - np.diagonal(explained, axis1=1, axis2=2),
+            ground=of_ground,
+            common=redundancy_numbers(self.common, rim[:q, :q]),
+        )
 
 
-def _not_finite(scales: FloatArray) -> ResectionEquations:
+def _not_finite(scales: FloatArray, q: int) -> ResectionEquations:
     """A state that cannot be linearised: infinite v'Pv, which the loop refuses."""
-    empty = PointTriangles(np.zeros((0, 3, 3)), np.zeros((0, 3, 6)), np.zeros((0, 3)))
-    return ResectionEquations(np.inf, np.zeros((6, 6)), np.zeros(6), scales, empty)
+    empty = PointTriangles(np.zeros((0, 3, 3)), np.zeros((0, 3, q + 6)), np.zeros((0, 3)))
+    common = CommonTriangle(np.eye(q), np.zeros((q, 6)), np.zeros(q))
+    return ResectionEquations(np.inf, np.zeros((6, 6)), np.zeros(6), scales, empty, common)

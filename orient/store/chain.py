@@ -30,7 +30,7 @@ def run_record_digest(connection: Connection, seal: Sequence[Scalar]) -> str:
 
 
 def selection_record_digest(connection: Connection, row: Sequence[Scalar]) -> str:
-    """Digest over a selection; `row` = selection_id ... selected_at, in stored order without the digest."""
+    """Digest over a selection; `row` = selection_id ... after_run_id, in stored order without the digest."""
     before = connection.exec_driver_sql(
         "SELECT record_digest FROM main.selection WHERE selection_id < ? ORDER BY selection_id DESC LIMIT 1", (row[0],)
     ).scalar()

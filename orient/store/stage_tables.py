@@ -19,6 +19,7 @@ STAGE_TABLES: dict[str, tuple[str, ...]] = {
         "equation",
         "image_residual",
         "adjusted_point",
+        "adjusted_coefficient",
     ),
     "covariance": ("ground_covariance", "ground_covariance_pair"),
 }

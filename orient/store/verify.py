@@ -51,14 +51,15 @@ def strange_rows(connection: Connection) -> Problems:
 def broken_selections(connection: Connection) -> Problems:
     """Selections that name no result of their stage, or that were altered."""
     query = """
-        SELECT c.selection_id, c.stage, c.run_id, c.actor, c.reason, c.selected_at, c.record_digest, r.stage, s.status
+        SELECT c.selection_id, c.stage, c.run_id, c.actor, c.reason, c.selected_at, c.after_run_id, c.record_digest,
+               r.stage, s.status
         FROM main.selection AS c LEFT JOIN main.stage_run AS r ON r.run_id = c.run_id
         LEFT JOIN main.run_seal AS s ON s.run_id = c.run_id ORDER BY c.selection_id
     """
     for row in connection.exec_driver_sql(query).all():
-        if row[7] != row[1] or row[8] != "succeeded":
+        if row[8] != row[1] or row[9] != "succeeded":
             yield f"selection {row[0]} names run {row[2]}, which is no result of {row[1]}"
-        if selection_record_digest(connection, tuple(row[:6])) != row[6]:
+        if selection_record_digest(connection, tuple(row[:7])) != row[7]:
             yield f"selection {row[0]} was altered"
 
 

@@ -58,6 +58,7 @@ FROM (VALUES
     (5, 'resection', 'photo', 1, 0),
     (5, 'resection', 'refine', 1, 0),
     (5, 'resection', 'topocentric', 1, 0),
+    (5, 'resection', 'digitize', 0, 0),
     (6, 'covariance', 'photo', 1, 0),
     (6, 'covariance', 'refine', 1, 0),
     (6, 'covariance', 'topocentric', 1, 0),
@@ -140,7 +141,7 @@ FROM (
            s.status, r.reason, CASE s.status WHEN 'failed' THEN s.error ELSE s.summary END AS summary
     FROM stage_run AS r JOIN run_seal AS s ON s.run_id = r.run_id
     UNION ALL
-    SELECT (SELECT max(run_id) FROM selection WHERE selection_id <= c.selection_id), c.selection_id, c.run_id,
+    SELECT c.after_run_id, c.selection_id, c.run_id,
            c.selected_at, c.actor, 'select', r.stage, r.version, s.status, c.reason, s.summary
     FROM selection AS c JOIN stage_run AS r ON r.run_id = c.run_id JOIN run_seal AS s ON s.run_id = c.run_id
 )
@@ -262,8 +263,8 @@ ORDER BY p.run_id, p.point;
 --   version: version of resection
 --   is_current: 1 for the current version
 --   iteration: 1, 2, ...
---   point: empty for the six elements, else the point
---   unknown: alpha omega kappa X_S Y_S Z_S, or X Y Z of the point
+--   point: empty for the six elements, else the point or the sheet
+--   unknown: alpha omega kappa X_S Y_S Z_S; X Y Z of the point; B_1_0 ... of the sheet, by the powers of u, v
 --   approximation: value before the iteration
 --   correction: what the iteration added
 --   adjusted: value after the iteration
@@ -280,7 +281,7 @@ FROM iteration_parameter AS p
 JOIN v_version AS v ON v.run_id = p.run_id
 LEFT JOIN iteration AS i ON i.run_id = p.run_id AND i.iteration = p.iteration
 ORDER BY p.run_id, p.iteration, p.point,
-         instr('alpha omega phi kappa X_S Y_S Z_S X Y Z', p.unknown || CASE p.point WHEN '' THEN ' ' ELSE '' END);
+         instr('alpha omega phi kappa X_S Y_S Z_S X Y Z', p.unknown || CASE p.point WHEN '' THEN ' ' ELSE '' END), p.unknown;
 
 -- v_orientation: the orientation elements with standard deviations
 --   version: version of resection

@@ -70,7 +70,7 @@ def test_show_of_each_stage(space: Path, stage: str) -> None:
 def test_show_of_a_resection_opens_with_the_findings(space: Path) -> None:
     lines = orient("show", space, "resection").out.splitlines()
     assert lines[0].startswith("resection version 1, ")
-    assert lines[1].strip().startswith("sigma0 3.74 um")
+    assert lines[1].strip().startswith("sigma0 3.99 um")
     assert "strong correlations" in lines[2]
     text = "\n".join(lines)
     for words in ("redundancy r = 44", "station: B ", "X_S m", "alpha deg", "Check points", "Iterations", "sum v^2/25"):

@@ -22,7 +22,7 @@ INPUTS: dict[str, tuple[str, ...]] = {
     "digitize": ("photo", "sheet"),
     "bl": ("photo", "control", "digitize"),
     "topocentric": ("photo", "bl"),
-    "resection": ("photo", "refine", "topocentric"),
+    "resection": ("photo", "refine", "topocentric", "digitize"),
     "covariance": ("photo", "refine", "topocentric", "resection"),
 }
 LEFT_EMPTY = {("comparator_reading", "col_px"), ("comparator_reading", "row_px"), ("graticule_cross", "E_m")}

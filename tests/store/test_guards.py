@@ -69,7 +69,7 @@ def test_the_authorizer_refuses_before_any_guard(full: Path, statement: str) -> 
 @pytest.mark.parametrize(
     ("statement", "words"),
     [
-        ("INSERT INTO selection VALUES (99, 'refine', 1, '', '', '', '')", "sealed result of the same stage"),
+        ("INSERT INTO selection VALUES (99, 'refine', 1, '', '', '', 1, '')", "sealed result of the same stage"),
         ("INSERT INTO stage_run VALUES (99, 'photo', 7, 1, '', '', '', '', '', '')", "without a gap"),
         ("INSERT INTO run_input VALUES (99, 'photo', 98)", "only sealed results"),
     ],

@@ -1,0 +1,104 @@
+"""How a resection went: iterations, equations and the coefficients of the sheets, as rows of the project file."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from orient.geometry.rotation import aok_from_matrix, quaternion_from_matrix, rotation_exp
+from orient.pipeline.common_coefficients import Coefficient, CommonCoefficients
+from orient.pipeline.frames import Frame
+from orient.pipeline.resection_rows import ANGLES_AOK, QUATERNION, STATION, Rows, named
+from orient.pipeline.tables import Array
+from orient.solvers.resection import IterationRecord, Resection
+from orient.units import wrap_half_turn
+from orient.values import Row
+
+
+def trace_tables(
+    found: Resection, frame: Frame, points: Sequence[str], coefficients: Sequence[Coefficient] = ()
+) -> Mapping[str, Sequence[Row]]:
+    """Iterations and equations: stored for a failure too."""
+    return {
+        "iteration": [_iteration_row(number, record) for number, record in enumerate(found.iterations, 1)],
+        "iteration_parameter": _parameter_rows(found, frame, points, coefficients),
+        "equation": _equation_rows(found, frame, points),
+    }
+
+
+def adjusted_coefficient_rows(found: Resection, shared: CommonCoefficients | None, sigma0: float) -> Rows:
+    """The polynomials of the sheets after the adjustment, with what the photo has added to them."""
+    if shared is None:
+        return []
+    cofactors = np.diagonal(found.joint_cofactors)[6:]
+    before = np.diagonal(shared.covariance) / sigma0**2
+    ratios = np.where(before > 0, cofactors / np.where(before > 0, before, 1.0), 1.0)
+    return [
+        {
+            "sheet": one.sheet,
+            "coordinate": one.coordinate,
+            "power_u": one.power_u,
+            "power_v": one.power_v,
+            "value": one.value + float(found.common[index]),
+            "correction": float(found.common[index]),
+            "q": float(cofactors[index]),
+            "variance_ratio": float(ratios[index]),
+        }
+        for index, one in enumerate(shared.coefficients)
+    ]
+
+
+def _iteration_row(number: int, record: IterationRecord) -> Row:
+    return {
+        "iteration": number,
+        "vPv": float(record.vPv),
+        "max_scaled_step": float(record.max_scaled_step),
+        "damping": float(record.damping),
+        **named(QUATERNION, quaternion_from_matrix(record.rotation)),
+    }
+
+
+def _parameter_rows(found: Resection, frame: Frame, points: Sequence[str], coefficients: Sequence[Coefficient]) -> Rows:
+    rows: Rows = []
+    for number, record in enumerate(found.iterations, 1):
+        before = aok_from_matrix(record.rotation)
+        after = aok_from_matrix(rotation_exp(record.correction_rotation) @ record.rotation)
+        steps = [wrap_half_turn(float(new - old)) for old, new in zip(before, after, strict=True)]
+        rows += _unknown_rows(number, "", ANGLES_AOK, "rad", before, np.array(steps))
+        station, step = frame.right_handed(record.station), frame.right_handed(record.correction_station)
+        rows += _unknown_rows(number, "", STATION, "m", station, step)
+        if record.ground is not None and record.correction_ground is not None:
+            places, moves = frame.right_handed(record.ground), frame.right_handed(record.correction_ground)
+            for point, place, move in zip(points, places, moves, strict=True):
+                rows += _unknown_rows(number, point, ("X", "Y", "Z"), "m", place, move)
+        for one, before_step, step_of_c in zip(coefficients, record.common, record.correction_common, strict=True):
+            value = np.array([one.value + before_step])
+            rows += _unknown_rows(number, one.sheet, (one.name,), one.unit, value, np.array([step_of_c]))
+    return rows
+
+
+def _unknown_rows(
+    iteration: int, point: str, unknowns: Sequence[str], unit: str, approximations: Array, corrections: Array
+) -> Rows:
+    return [
+        {
+            "iteration": iteration,
+            "point": point,
+            "unknown": unknown,
+            "unit": unit,
+            "approximation": float(approximation),
+            "correction": float(correction),
+        }
+        for unknown, approximation, correction in zip(unknowns, approximations, corrections, strict=True)
+    ]
+
+
+def _equation_rows(found: Resection, frame: Frame, points: Sequence[str]) -> Rows:
+    coefficients = np.array(found.equations, copy=True)
+    coefficients[:, :, 3:6] = frame.right_handed(found.equations[:, :, 3:6])
+    coefficients[:, :, 6:9] = frame.right_handed(found.equations[:, :, 6:9])
+    keys = [f"a{number}" for number in range(1, 10)]
+    return [
+        {"point": point, "axis": axis, **named(keys, coefficients[i, j]), "l_mm": float(found.free_terms[i, j])}
+        for i, point in enumerate(points)
+        for j, axis in enumerate("xy")
+    ]

@@ -1,0 +1,107 @@
+"""P_i = P_i0 + G_i c + p_i: corrections c that many ground points share, such as the polynomial of their map sheet.
+
+c has its own a-priori cofactor matrix C = F F'. Inside, c = F z with z of unit weight: well scaled whatever the units
+of c, and a direction in which C vanishes is no unknown. The points are eliminated one by one, then z; what stays is a
+triangle of the six elements. The cost grows with the number of points only.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orient.errors import GeometryError
+
+FloatArray = NDArray[np.float64]
+
+PRESENT = 1e-14
+"""Eigenvalue of the correlation matrix, relative to the largest, below which a direction of c is taken as known."""
+
+
+@dataclass(frozen=True, slots=True)
+class CommonUnknowns:
+    """`partials` G (n, 3, k): shift of each point [m] by each unknown, zero where a point does not depend on it.
+
+    `cofactor` (k, k): a-priori covariance / sigma0^2 of the unknowns; `names` (k,) serve the messages.
+    """
+
+    partials: FloatArray
+    cofactor: FloatArray
+    names: Sequence[str]
+
+
+@dataclass(frozen=True, slots=True)
+class WhitenedCommon:
+    """`factor` F (k, q), F F' = cofactor; `inverse` (q, k), F^-1 F = I; `by_ground` (n, 3, q) = G_i F."""
+
+    factor: FloatArray
+    inverse: FloatArray
+    by_ground: FloatArray
+
+    @property
+    def rank(self) -> int:
+        """q, the number of unknowns z."""
+        return int(self.factor.shape[1])
+
+    def shift(self, z: FloatArray) -> FloatArray:
+        """(n, 3) G_i F z."""
+        return np.asarray(self.by_ground @ z)
+
+
+@dataclass(frozen=True, slots=True)
+class CommonTriangle:
+    """R_z dz + R_e (de / s) = -rho: (q, q), (q, 6), (q,); the equations of z when the points are eliminated."""
+
+    R_z: FloatArray
+    R_e: FloatArray
+    rho: FloatArray
+
+    def corrections(self, scaled_elements: FloatArray) -> FloatArray:
+        """dz (q,) that belong to the corrections de / s (6,) of the elements."""
+        return np.asarray(-np.linalg.solve(self.R_z, self.rho + self.R_e @ scaled_elements))
+
+    def rim_cofactors(self, scales: FloatArray, Q: FloatArray) -> FloatArray:
+        """Cofactor matrix (q+6, q+6) of z and the elements from that of the elements."""
+        q = len(self.R_z)
+        inverse = np.linalg.inv(self.R_z)
+        by_elements = -inverse @ self.R_e / scales
+        rim = np.empty((q + 6, q + 6))
+        rim[q:, q:] = Q
+        rim[:q, q:] = by_elements @ Q
+        rim[q:, :q] = rim[:q, q:].T
+        rim[:q, :q] = inverse @ inverse.T + by_elements @ Q @ by_elements.T
+        return rim
+
+
+def no_common(n: int) -> WhitenedCommon:
+    """Points that share nothing."""
+    return WhitenedCommon(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((n, 3, 0)))
+
+
+def whitened(common: CommonUnknowns | None, n: int) -> WhitenedCommon:
+    """c = F z, F = diag(sigma) V sqrt(lambda) from the correlations V lambda V' of c; refuses a bad covariance."""
+    if common is None:
+        return no_common(n)
+    variances = np.diagonal(common.cofactor)
+    if not (np.isfinite(common.cofactor).all() and np.isfinite(common.partials).all() and (variances >= 0).all()):
+        raise GeometryError(f"The covariance of the common unknowns ({_listed(common.names)}) is not positive.")
+    sigma = np.sqrt(variances)
+    safe = np.where(sigma > 0, sigma, 1.0)
+    values, axes = np.linalg.eigh(common.cofactor / np.outer(safe, safe))
+    if len(values) and values[0] < -np.sqrt(PRESENT) * values[-1]:
+        raise GeometryError(f"The covariance of the common unknowns ({_listed(common.names)}) is not positive.")
+    present = values > PRESENT * np.max(values, initial=0.0)
+    root, axes = np.sqrt(values[present]), axes[:, present]
+    factor = sigma[:, None] * axes * root
+    return WhitenedCommon(factor, (axes / root / safe[:, None]).T, common.partials @ factor)
+
+
+def redundancy_numbers(common: WhitenedCommon, Q_z: FloatArray) -> FloatArray:
+    """diag(I - Q_c C^-1) (k,): what the photo adds to the a-priori knowledge of each c; their sum is q - tr Q_z."""
+    added = common.factor @ (np.eye(common.rank) - Q_z)
+    return np.asarray(np.sum(added * common.inverse.T, axis=1))
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names[:3]) + (" ..." if len(names) > 3 else "")

@@ -1,0 +1,236 @@
+"""What a resection hands back: the orientation with its whole proof, or how and why it ended without one."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orient.geometry.collinearity import partials_aok, project
+from orient.solvers import functional_iteration
+from orient.solvers.common_unknowns import WhitenedCommon
+from orient.solvers.functional_iteration import Iterated, Step, Termination
+from orient.solvers.ground_points import undetermined_points
+from orient.solvers.resection_problem import ELEMENTS, Orientation, Quality, ResectionEquations, ResectionProblem
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+Refined = Iterated[Orientation, ResectionEquations]
+
+NO_HEIGHT, WEAK_HEIGHT = 1e-12, 1e-6
+"""Singular value ratios of a point's own unknowns: none at all; enough to spoil an adjustment that did not converge."""
+READING_SHARE = 1e-4
+
+MESSAGES = {
+    Termination.CONVERGED: "The resection converged.",
+    Termination.MAX_ITERATIONS: "The resection did not converge within the allowed iterations.",
+    Termination.SINGULAR: "The control does not determine the orientation.",
+    Termination.DIVERGED: "The resection diverged.",
+    Termination.NO_DESCENT: "The resection found no step that lowers v'Pv.",
+    Termination.NOT_FINITE: "The resection met numbers that are not finite.",
+    Termination.BEHIND_CAMERA: "The orientation that fits has control points behind the camera; are axes exchanged?",
+    Termination.BELOW_GROUND: "The orientation that fits has the camera below the ground; are axes exchanged?",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class IterationRecord:
+    """Approximations and corrections of one iteration; `ground` and its corrections (n, 3), None if all fixed.
+
+    `common` and its corrections (k,): of the common unknowns, as corrections of their a-priori values.
+    """
+
+    rotation: FloatArray
+    station: FloatArray
+    ground: FloatArray | None
+    common: FloatArray
+    correction_rotation: FloatArray
+    correction_station: FloatArray
+    correction_ground: FloatArray | None
+    correction_common: FloatArray
+    vPv: float
+    max_scaled_step: float
+    damping: float
+
+
+@dataclass(frozen=True, slots=True)
+class Alternative:
+    """Another orientation in which the adjustment converged with all points in front; `is_as_good`: by v'Pv alone."""
+
+    rotation: FloatArray
+    station: FloatArray
+    vPv: float
+    is_as_good: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Resection:
+    """The adjusted exterior orientation with its whole proof; a result only if `termination` is CONVERGED.
+
+    Q (6, 6): cofactors of r_X, r_Y, r_Z [rad], X_S, Y_S, Z_S [m]; v = computed - measured [mm]; `equations` (n, 2, 9):
+    partials by alpha, omega, kappa, X_S, Y_S, Z_S, X, Y, Z at the solution. NaN in Q and the redundancy numbers when
+    the geometry is singular, `undetermined` then names the combination of unknowns. `ground` (n, 3) and its cofactors
+    hold the share of the common unknowns; `common` (k,): their adjusted corrections c; `joint_cofactors` (6+k, 6+k) of
+    the elements and c.
+    """
+
+    termination: Termination
+    message: str
+    rotation: FloatArray
+    station: FloatArray
+    f_mm: float
+    vPv: float
+    n_equations: int
+    n_unknowns: int
+    redundancy: int
+    residuals: FloatArray
+    computed: FloatArray
+    zs: FloatArray
+    Q: FloatArray
+    equations: FloatArray
+    free_terms: FloatArray
+    redundancy_numbers: FloatArray
+    ground_redundancy: FloatArray
+    condition_ratio: float
+    iterations: tuple[IterationRecord, ...]
+    ground: FloatArray
+    ground_cofactors: FloatArray
+    common: FloatArray
+    joint_cofactors: FloatArray
+    common_redundancy: FloatArray
+    undetermined: str
+    weak: tuple[tuple[str, str, float], ...]
+    alternatives: tuple[Alternative, ...]
+    candidates_tried: int
+
+    @property
+    def is_ambiguous(self) -> bool:
+        """Does another orientation fit as well? Always asked for three points, which leave up to four."""
+        return any(alternative.is_as_good for alternative in self.alternatives)
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """The problem about the centroid of the ground, so that large coordinates keep their digits."""
+
+    problem: ResectionProblem
+    origin: FloatArray
+    full: BoolArray
+    camera_above: FloatArray | None
+    names: Sequence[str]
+    tolerance: float
+    max_iterations: int
+
+    @property
+    def n_equations(self) -> int:
+        own = self.problem.known.weight_rank.sum() + self.problem.common.rank
+        return 2 * len(self.problem.image) + int(own)
+
+    @property
+    def n_unknowns(self) -> int:
+        return 6 + int(self.problem.known.free_rank.sum() + self.problem.common.rank)
+
+    @property
+    def redundancy(self) -> int:
+        return self.n_equations - self.n_unknowns
+
+    @property
+    def reading_noise(self) -> float:
+        """v'Pv of reading errors of f / 10 000, which no judgement of a fit should be finer than."""
+        weights = 1 / np.diagonal(self.problem.image_cofactor, axis1=1, axis2=2)
+        return float(np.sum(weights)) * (READING_SHARE * self.problem.f_mm) ** 2
+
+
+def resection_result(
+    task: Task, end: tuple[Refined, Termination], alternatives: tuple[Alternative, ...], tried: int
+) -> Resection:
+    """Everything that the adjustment found, about the origin of the given ground."""
+    iterated, termination = end
+    problem, state, linear = task.problem, iterated.state, iterated.linear
+    computed, zs = project(state.ground, state.station, state.rotation, problem.f_mm)
+    undetermined = _undetermined(task, iterated) if termination is Termination.SINGULAR else ""
+    Q, quality = _quality(problem, iterated, termination)
+    return Resection(
+        termination=termination,
+        message=_message(termination, undetermined),
+        rotation=state.rotation,
+        station=state.station + task.origin,
+        f_mm=problem.f_mm,
+        vPv=linear.vPv,
+        n_equations=task.n_equations,
+        n_unknowns=task.n_unknowns,
+        redundancy=task.redundancy,
+        residuals=computed - problem.image,
+        computed=computed,
+        zs=zs,
+        Q=Q,
+        equations=partials_aok(state.ground, state.station, state.rotation, problem.f_mm),
+        free_terms=computed - problem.image,
+        redundancy_numbers=quality.image,
+        ground_redundancy=quality.ground,
+        condition_ratio=iterated.condition_ratio,
+        iterations=_records(task, iterated),
+        ground=state.ground + task.origin,
+        ground_cofactors=quality.Q_P,
+        common=problem.common.factor @ state.common,
+        joint_cofactors=_joint(problem.common, quality.rim),
+        common_redundancy=quality.common,
+        undetermined=undetermined,
+        weak=functional_iteration.strong_correlations(Q, ELEMENTS),
+        alternatives=alternatives,
+        candidates_tried=tried,
+    )
+
+
+def _quality(problem: ResectionProblem, iterated: Refined, termination: Termination) -> tuple[FloatArray, Quality]:
+    """Q and what follows from it; NaN where the equations are singular or not finite."""
+    n, k, q = len(problem.image), *problem.common.factor.shape
+    if termination in (Termination.SINGULAR, Termination.NOT_FINITE):
+        shapes = ((q + 6, q + 6), (n, 3, 3), (n, 2), (n,), (k,))
+        return np.full((6, 6), np.nan), Quality(*(np.full(shape, np.nan) for shape in shapes))
+    Q = functional_iteration.cofactor_matrix(iterated.linear)
+    return Q, problem.quality(iterated.state, iterated.linear, Q)
+
+
+def _joint(common: WhitenedCommon, rim: FloatArray) -> FloatArray:
+    """(6+k, 6+k) of the elements and c = F z, from (q+6, q+6) of z and the elements."""
+    k, q = common.factor.shape
+    turn = np.zeros((6 + k, q + 6))
+    turn[:6, q:] = np.eye(6)
+    turn[6:, :q] = common.factor
+    return np.asarray(turn @ rim @ turn.T)
+
+
+def _undetermined(task: Task, iterated: Refined) -> str:
+    points = undetermined_points(iterated.linear.points, task.problem.known, WEAK_HEIGHT)
+    if len(points):
+        return f"the ground position of point {task.names[points[0]]}"
+    combination = functional_iteration.undetermined_combination(iterated.linear, ELEMENTS)
+    return f"{combination} (angles in rad, lengths in units of {iterated.linear.scales[3]:.6g} m)"
+
+
+def _message(termination: Termination, undetermined: str) -> str:
+    return f"{MESSAGES[termination]} Undetermined: {undetermined}." if undetermined else MESSAGES[termination]
+
+
+def _records(task: Task, iterated: Refined) -> tuple[IterationRecord, ...]:
+    states = [*(step.state for step in iterated.steps), iterated.state]
+    return tuple(_record(task, step, after) for step, after in zip(iterated.steps, states[1:], strict=True))
+
+
+def _record(task: Task, step: Step[Orientation], after: Orientation) -> IterationRecord:
+    has_unknown_points = len(task.problem.known.unknown) > 0 or task.problem.common.rank > 0
+    factor = task.problem.common.factor
+    return IterationRecord(
+        rotation=step.state.rotation,
+        station=step.state.station + task.origin,
+        ground=step.state.ground + task.origin if has_unknown_points else None,
+        common=factor @ step.state.common,
+        correction_rotation=step.corrections[:3],
+        correction_station=step.corrections[3:],
+        correction_ground=after.ground - step.state.ground if has_unknown_points else None,
+        correction_common=factor @ (after.common - step.state.common),
+        vPv=step.vPv,
+        max_scaled_step=step.max_scaled_step,
+        damping=step.damping,
+    )
