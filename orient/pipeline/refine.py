@@ -20,13 +20,13 @@ from orient.values import Event, Outcome, Row, Settings, Tables
 STEP_MM = 1e-3
 MICROMETRES = 1000.0
 FIDUCIAL = "fiducial"
-MARK_LIMIT = 10.0
-"""Residual of a fiducial mark, in sigmas of a reading, that is said to be wrong."""
 REFRACTION = {
     "integral": refraction.integral_constant,
     "ardc": refraction.ardc_constant,
     "space": refraction.space_constant,
 }
+MARK_LIMIT = 10.0
+"""Residual of a fiducial mark, in sigmas of a reading, that is said to be wrong."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,12 +212,7 @@ def _refraction(xy: Array, photo: Row) -> Array:
     model = str(photo["refraction"])
     if model == "none":
         return np.zeros_like(xy)
-    if photo["platform"] == "terrestrial":
-        raise OrientError(
-            "the refraction formulas hold for a view from above, not for a terrestrial photo",
-            'Write [refraction] model = "none" in photo.toml.',
-        )
-    height, ground = _heights(photo, "refraction", 'model = "none"')
+    height, ground = _heights(photo, "the refraction formulas", '[refraction] model = "none"')
     return np.asarray(refraction.correction(xy, required(photo, "f_mm"), REFRACTION[model](height, ground)))
 
 
@@ -228,7 +223,7 @@ def _curvature(xy: Array, photo: Row) -> Array:
         return np.zeros_like(xy)
     if photo["ground_kind"] != "local":
         raise earth_curvature.needs_no_correction(str(photo["ground_kind"]))
-    height, ground = _heights(photo, "the correction for earth curvature", "no [curvature]")
+    height, ground = _heights(photo, "the formulas of earth curvature", "no [curvature]")
     return earth_curvature.correction(xy, required(photo, "f_mm"), height, ground, radius)
 
 
@@ -246,13 +241,17 @@ def _curvature_event(rows: Sequence[Row], photo: Row) -> list[Event]:
 
 
 def _heights(photo: Row, what: str, instead: str) -> tuple[float, float]:
-    """Heights of the camera and of the ground."""
+    """Heights of the camera and of the ground, for a view from above."""
+    if photo["platform"] == "terrestrial":
+        raise OrientError(
+            f"{what} hold for a view from above, not for a terrestrial photo", f"Write {instead} in photo.toml."
+        )
     height = number(photo, "camera_height_m")
     height = number(photo, "station_H_m") if height is None else height
     ground = number(photo, "ground_height_m")
     if height is None or ground is None:
         raise OrientError(
-            f"{what} needs the heights of the camera and of the ground",
+            f"{what} need the heights of the camera and of the ground",
             f"Give camera_height_m and height_m in photo.toml, or {instead}.",
         )
     return height, ground

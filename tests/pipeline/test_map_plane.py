@@ -169,3 +169,12 @@ def test_refraction_for_space_is_accepted_above_the_air(tmp_path: Path) -> None:
         K = -number(row, "dx_refraction_mm") / (x * (1 + (x * x + y * y) / F_MM**2))
         # p(500 m)/p(0) = 0.9421
         assert pytest.approx(2.35 * 0.9421 / 249_500.0, rel=1e-4) == K
+
+
+def test_a_terrestrial_photo_has_no_such_formula(tmp_path: Path) -> None:
+    path = tmp_path / "photo.sqlite"
+    photo = PHOTO.replace("aerial", "terrestrial") + "[curvature]\n"
+    create(path, read_project(write_folder(tmp_path, photo), ReadOptions()), "test")
+    results = run_stale(path, {}, "test", lambda stage: None, lambda result: None)
+    errors = [result.run.error for result in results if result.failed and result.run]
+    assert errors == ["the formulas of earth curvature hold for a view from above, not for a terrestrial photo"]
