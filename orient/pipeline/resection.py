@@ -163,7 +163,7 @@ def _solve(
             ground_weight=frame.right_handed_matrix(weight) if free.any() else None,
             common=None if shared is None else shared.in_solver(frame, sigma0),
             start_mask=control.known == "XYZ",
-            approximate_station=_approximate_station(photo, frame),
+            approximate_station=_approximate_station(photo, frame, ground),
             tolerance=float(settings["tolerance"] or 0.0),
             max_iterations=int(settings["max_iterations"] or 0),
             names=control.points,
@@ -188,17 +188,22 @@ def _on_their_height(
     moved[index] = frame.from_geographic(adjusted[:, 0], adjusted[:, 1], given)
     above = frame.from_geographic(adjusted[:, 0], adjusted[:, 1], given + 1.0)
     verticals[index] = above - moved[index]
-    return moved, verticals, float(np.abs(adjusted[:, 2] - given).max())
+    return moved, verticals, float(np.linalg.norm(moved - place, axis=1).max())
 
 
-def _approximate_station(photo: Row, frame: Frame) -> Array | None:
+def _approximate_station(photo: Row, frame: Frame, ground: Ground) -> Array | None:
     """The approximate station in the right-handed frame, if the photo states one completely."""
     geographic = columns([photo], "station_B_deg", "station_L_deg", "station_H_m")[0]
     local = columns([photo], "station_X_m", "station_Y_m", "station_Z_m")[0]
     if frame.origin is None:
         return None if np.isnan(local).any() else frame.right_handed(local)
-    if np.isnan(geographic).any():
+    if not np.isnan(geographic[:2]).any() and np.isnan(geographic[2]):
         return None
+    if np.isnan(geographic).any():
+        if np.isnan(local).any():
+            return None
+        longitude, latitude, height = ground.geographic_from_geocentric(local[None, :])[0]
+        geographic = np.array([latitude, longitude, height])
     latitude, longitude = geographic[:2] * RADIANS_PER_DEGREE
     place = frame.from_geographic(np.array([latitude]), np.array([longitude]), geographic[2:])
     return frame.right_handed(place[0])

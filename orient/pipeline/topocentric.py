@@ -83,7 +83,9 @@ def _pass_through(points: Sequence[Row], ground: Ground) -> Outcome:
 
 
 def _origin(photo: Row, points: Sequence[Row]) -> Origin:
-    place = columns(points, "B_deg", "L_deg", "H_m")
+    # a check point must not change anything, not even where T' begins
+    control = [point for point in points if point["role"] == "control"] or points
+    place = columns(control, "B_deg", "L_deg", "H_m")
     station = columns([photo], "station_B_deg", "station_L_deg")[0]
     if np.isnan(station).any():
         if np.isnan(place[:, :2]).all():

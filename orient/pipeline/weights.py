@@ -23,11 +23,14 @@ class GroundWeights:
     def at(self, up: Array) -> tuple[Array, Array]:
         """(n, 3, 3) projectors on all unknown directions and (n, 3, 3) weights, for verticals `up` (n, 3)."""
         vertical = up[:, :, None] * up[:, None, :]
-        not_given = np.zeros_like(vertical)
         plan, height = self.known == "plan", self.known == "height"
-        not_given[plan] = vertical[plan]
-        not_given[height] = np.eye(3) - vertical[height]
-        return self.projector + not_given, self.weight
+        free, weight = self.projector.copy(), self.weight.copy()
+        free[plan] += vertical[plan]
+        # a height-only point is moved between the rounds: its one weight turns with its vertical
+        varies = np.trace(self.projector[height], axis1=1, axis2=2)[:, None, None]
+        free[height] = np.eye(3) - (1.0 - varies) * vertical[height]
+        weight[height] = np.trace(self.weight[height], axis1=1, axis2=2)[:, None, None] * vertical[height]
+        return free, weight
 
 
 def ground_weights(rows: Sequence[Row], control: str, sigma0: float, covariance: Array | None = None) -> GroundWeights:

@@ -99,6 +99,15 @@ def _check_pages(report: CheckReport, connection: Connection, path: Path) -> Non
         report.add("pages", False, error.message)
     else:
         report.add("pages", True, "integrity_check and foreign_key_check are clean")
+    # the open transaction holds the lock that keeps writers from the file while its size is looked at
+    pages, page_size = (
+        connection.exec_driver_sql(f"PRAGMA {name}").scalar_one() for name in ("page_count", "page_size")
+    )
+    expected, size = pages * page_size, path.stat().st_size
+    if size != expected:
+        report.add(
+            "size", False, f"the file has {size} bytes, its pages {expected}: something was added behind its end"
+        )
 
 
 def _check_ledger(report: CheckReport, connection: Connection, form: Format, progress: verify.Progress | None) -> None:

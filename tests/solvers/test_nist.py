@@ -1,4 +1,4 @@
-"""NIST StRD: 27 nonlinear problems, two starts each, through the loop that every stage runs through; RELIABILITY 8.1."""
+"""NIST StRD: 27 nonlinear problems, two starts each, through the loop of every stage; RELIABILITY 8.1."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -28,7 +28,8 @@ class Score:
     def __str__(self) -> str:
         end = self.iterated
         return (
-            f"{self.name:9} start {self.start}  LRE {self.parameters:5.2f}  of standard errors {self.standard_errors:5.2f}"
+            f"{self.name:9} start {self.start}  LRE of parameters {self.parameters:5.2f}"
+            f"  of standard errors {self.standard_errors:5.2f}"
             f"  {end.termination} after {len(end.steps)}, condition ratio {end.condition_ratio:.0e}"
         )
 

@@ -16,7 +16,7 @@ from orient.store.check import check_project
 from orient.store.format import Format
 from orient.store.gate import pass_gate
 from orient.store.preflight import preflight
-from orient.store.project import open_project
+from orient.store.project import create_project, open_project
 from orient.store.upgrade import upgrade_project
 
 SECOND = """
@@ -145,3 +145,12 @@ def test_a_full_disk_during_the_upgrade(full: Path, following: NextFormat, monke
         upgrade_project(full, following.form, following.migrations)
     assert sha256(full) == before
     assert [file.name for file in full.parent.iterdir()] == [full.name]
+
+
+def test_garbage_behind_the_last_page_is_found(tmp_path: Path) -> None:
+    path = tmp_path / "grown.sqlite"
+    create_project(path)
+    with path.open("ab") as file:
+        file.write(b"garbage\n")
+    (line,) = (line for line in check_project(path).lines if not line.ok)
+    assert line.name == "size"
