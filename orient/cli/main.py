@@ -65,6 +65,8 @@ _stopped_by: list[int] = []
 def _stop(number: int, frame: FrameType | None) -> None:
     _no_more_signals()  # a second Ctrl-C must not disturb the tidying
     _stopped_by.append(number)
+    if "logging" in sys.modules:  # SQLAlchemy would log that its connection closes by an exception
+        sys.modules["logging"].disable(sys.modules["logging"].CRITICAL)
     if watch := sys.modules.get("orient.store.watch"):
         watch.STOP.set()
     raise _Stopped

@@ -12,6 +12,7 @@ from orient.values import Settings
 
 CONTROL = ("auto", "fixed", "weighted")
 CORRELATION = ("sheet", "point")
+ENGINE = ("zlatanov", "qr")
 VARIANCE = ("posteriori", "priori")
 CHOICE = ("f-test", "leave-one-out")
 RADIUS = ("exact", "polynomial")
@@ -161,6 +162,15 @@ def resection(
             help="Which sigma0 scales the covariances.",
         ),
     ] = None,
+    engine: Annotated[
+        str | None,
+        typer.Option(
+            "--engine",
+            metavar="|".join(ENGINE),
+            callback=_one_of(ENGINE),
+            help="Algorithm Z polished by QR, or QR alone.",
+        ),
+    ] = None,
     max_iterations: Annotated[int | None, typer.Option("--max-iterations", min=1, max=1000)] = None,
     tolerance: Tolerance = None,
 ) -> None:
@@ -169,6 +179,7 @@ def resection(
         control=control,
         correlation=correlation,
         variance=variance,
+        engine=engine,
         max_iterations=max_iterations,
         tolerance=tolerance,
     )

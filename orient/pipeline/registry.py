@@ -85,6 +85,7 @@ STAGES = (
         required=("photo", "refine", "topocentric"),
         optional=("digitize",),
         settings={
+            "engine": "zlatanov",
             "control": "auto",
             "correlation": "sheet",
             "variance": "posteriori",

@@ -14,6 +14,7 @@ from orient.pipeline.resection_rows import result_tables
 from orient.pipeline.resection_trace import adjusted_coefficient_rows, trace_tables
 from orient.pipeline.tables import Array, columns, required, single
 from orient.pipeline.weights import ground_weights
+from orient.solvers.engines import Engine
 from orient.solvers.resection import Resection, resect
 from orient.units import RADIANS_PER_DEGREE
 from orient.values import Event, Outcome, Row, Settings, Tables
@@ -167,6 +168,7 @@ def _solve(
             tolerance=float(settings["tolerance"] or 0.0),
             max_iterations=int(settings["max_iterations"] or 0),
             names=control.points,
+            engine=Engine(str(settings["engine"])),
             camera_above=None if photo["platform"] == "terrestrial" else np.array([0.0, 0.0, 1.0]),
         )
         if not height_only.any() or found.termination != "CONVERGED" or frame.origin is None:

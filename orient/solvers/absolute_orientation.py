@@ -12,6 +12,7 @@ from orient.solvers.absolute_checks import cause, check_counts, check_problem, c
 from orient.solvers.absolute_problem import ELEMENTS, UNKNOWNS, AbsoluteProblem, Fit, Similarity
 from orient.solvers.absolute_result import AbsoluteIteration, AbsoluteOrientation, OtherOrientation
 from orient.solvers.absolute_search import FAR_BETTER, End, Refined, Task, all_ends, choose, is_mirrored, mirrored_vPv
+from orient.solvers.engines import Engine
 from orient.solvers.functional_iteration import WEAK_RATIO, Step, Termination
 
 FloatArray = NDArray[np.float64]
@@ -43,6 +44,7 @@ def orient_model(
     model_cofactor: FloatArray | None = None,
     names: Sequence[str] | None = None,
     allow_upside_down: bool = False,
+    engine: Engine = Engine.ZLATANOV,
     tolerance: float = 1e-10,
     max_iterations: int = 50,
 ) -> AbsoluteOrientation:
@@ -70,8 +72,8 @@ def orient_model(
     Q_G = _ground_cofactor(len(model), ground_cofactor, model_cofactor)
     task = _centred(model, ground, known, Q_G, model_cofactor, names, tolerance, max_iterations)
     weight = check_problem(task.problem, names)
-    if model_cofactor is None:
-        task = replace(task, problem=replace(task.problem, constant_weight=weight))
+    constant = weight if model_cofactor is None else None
+    task = replace(task, problem=replace(task.problem, constant_weight=constant, engine=engine))
     ends = all_ends(task)
     best, alternatives = choose(task, ends)
     return _result(task, best, alternatives, len(ends), allow_upside_down)

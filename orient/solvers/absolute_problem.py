@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from orient.geometry.rotation import rotation_exp
 from orient.geometry.similarity import partials_rotation
 from orient.solvers.absolute_cofactors import Weight, added, times, turned, weight_of
+from orient.solvers.engines import Engine, triangle
 
 FloatArray = NDArray[np.float64]
 
@@ -71,6 +72,7 @@ class AbsoluteProblem:
     model_cofactor: FloatArray | None
     extent: float
     constant_weight: Weight | None = None
+    engine: Engine = Engine.QR
 
     @property
     def scales(self) -> FloatArray:
@@ -103,7 +105,7 @@ class AbsoluteProblem:
         return Fit(misclosures[:, :, 0], weighted[:, :, 0], np.asarray(partials), weight, v_x, v_P)
 
     def linearise(self, state: Similarity) -> AbsoluteEquations:
-        """Whitened equations about `state`, one QR decomposition."""
+        """Whitened equations about `state`, reduced by the engine."""
         try:
             fit = self.fit(state)
         except (np.linalg.LinAlgError, ZeroDivisionError, OverflowError):
@@ -112,9 +114,8 @@ class AbsoluteProblem:
         if not np.isfinite(rows).all():
             return _not_finite(self.scales)
         white = fit.weight.whiten(rows).reshape(-1, UNKNOWNS + 1)
-        R = np.asarray(np.linalg.qr(white, mode="r"))
-        vPv = float(np.sum(white[:, -1] ** 2))
-        return AbsoluteEquations(vPv, R[:UNKNOWNS, :UNKNOWNS], R[:UNKNOWNS, -1], self.scales)
+        R, rho = triangle(white[:, :-1], white[:, -1], self.engine)
+        return AbsoluteEquations(float(np.sum(white[:, -1] ** 2)), R, rho, self.scales)
 
     def corrected(
         self, state: Similarity, linear: AbsoluteEquations, corrections: FloatArray

@@ -11,6 +11,7 @@ from orient.solvers.absolute_cofactors import turned
 from orient.solvers.absolute_problem import UNKNOWNS, AbsoluteEquations, AbsoluteProblem, Similarity
 from orient.solvers.absolute_result import OtherOrientation
 from orient.solvers.absolute_start import may_be_mirrored, start_values, tilted_starts
+from orient.solvers.engines import Engine
 from orient.solvers.functional_iteration import WEAK_RATIO, Iterated, Termination
 
 FloatArray = NDArray[np.float64]
@@ -91,8 +92,9 @@ def _refined(task: Task, start: Similarity) -> End:
 
 
 def _iterated(task: Task, start: Similarity) -> Refined:
+    polish = None if task.problem.engine is Engine.QR else replace(task.problem, engine=Engine.QR)
     return functional_iteration.iterate(
-        task.problem, start, tolerance=task.tolerance, max_iterations=task.max_iterations
+        task.problem, start, polish=polish, tolerance=task.tolerance, max_iterations=task.max_iterations
     )
 
 

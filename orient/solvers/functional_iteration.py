@@ -1,7 +1,8 @@
 """x_(k+1) = x_k - (A'PA)^-1 A'P L(x_k): the loop that every adjustment of orient runs through.
 
 A problem linearises itself about a state and gives the triangle of the QR decomposition of its weighted, scaled
-design matrix; the loop solves, damps when v'Pv would grow, records every iteration, and ends with a termination.
+design matrix; the loop solves, shortens a step that does not lower v'Pv, records every
+iteration, and ends with a termination.
 """
 
 from collections.abc import Sequence
@@ -12,16 +13,17 @@ from typing import Generic, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from orient.solvers.trust_region import BoundedStep, TrustRegion
+
 FloatArray = NDArray[np.float64]
 
 SINGULAR_RATIO = 1e-8
 WEAK_RATIO = 1e-4
 WEAK_CORRELATION = 0.95
 DIVERGED_STEP = 1e6
-FIRST_DAMPING = 1e-8
-LARGEST_DAMPING = 1e8
 SAME_VPV = 1e-9
-"""Relative growth of v'Pv that is rounding, not a worse state: a full step is taken in spite of it."""
+"""Relative change of v'Pv that is rounding, not a better or worse state: a whole step is taken in spite of it."""
+SHORTEST_STEP = float(np.finfo(np.float64).eps)
 ROUNDING = 32 * float(np.finfo(np.float64).eps)
 
 
@@ -95,26 +97,39 @@ class Iterated(Generic[State, Linear]):
 
 
 def iterate(
-    problem: Problem[State, Linear], start: State, *, tolerance: float = 1e-10, max_iterations: int = 50
+    problem: Problem[State, Linear],
+    start: State,
+    *,
+    polish: Problem[State, Linear] | None = None,
+    tolerance: float = 1e-10,
+    max_iterations: int = 50,
 ) -> Iterated[State, Linear]:
     """delta = -(A'PA)^-1 A'P L until max_i |delta_i| / s_i <= tolerance: Gauss-Newton from `start`.
 
-    A step that would make v'Pv grow is damped: (A'PA + lambda diag(A'PA)) delta = -A'P L with the first lambda of
-    1e-8, 1e-7, ... that does not. `tolerance` is raised to the rounding noise of the geometry, 32 eps / condition
-    ratio.
-    An adjustment that does not converge is a result with its termination, never an exception: SINGULAR when the
-    column-scaled weighted design matrix has a ratio of singular values below 1e-8, NO_DESCENT when no damping helps,
-    DIVERGED when a step exceeds a million scales, NOT_FINITE when numbers overflow.
-    Source: Gauss; damping after Levenberg (1944) and Marquardt (1963).
+    A step that does not lower v'Pv as it promises is replaced by a shorter one of Levenberg and Marquardt,
+    (A'PA + lambda D^2) delta = -A'P L, inside a trust region that grows and shrinks with its success.
+    `tolerance` is raised to the rounding noise of the geometry, 32 eps / condition ratio. `polish` is the same problem
+    solved with more digits: it takes over where `problem`, solved by normal equations, meets its own noise
+    (32 eps / ratio^2), and ends the iteration.
+    An adjustment that does not converge is a result with its termination, never an exception: SINGULAR when it ends
+    where the column-scaled weighted design matrix has a ratio of singular values below 1e-8 (passing such a state is
+    allowed), NO_DESCENT when no step lowers v'Pv, DIVERGED when a step exceeds a million scales, NOT_FINITE when
+    numbers overflow.
+    Source: Gauss; Levenberg (1944) and Marquardt (1963); trust region after Moré (1978).
     """
     with np.errstate(all="ignore"):
-        return _iterate(problem, start, tolerance, max_iterations)
+        return _iterate(problem, start, polish, tolerance, max_iterations)
 
 
 def _iterate(
-    problem: Problem[State, Linear], start: State, tolerance: float, max_iterations: int
+    problem: Problem[State, Linear],
+    start: State,
+    polish: Problem[State, Linear] | None,
+    tolerance: float,
+    max_iterations: int,
 ) -> Iterated[State, Linear]:
-    state, linear, ratio = start, problem.linearise(start), 0.0
+    state, linear, ratio, arrived = start, problem.linearise(start), 0.0, False
+    region = TrustRegion.at_start(linear.triangle)
     steps: list[Step[State]] = []
 
     def ended(termination: Termination) -> Iterated[State, Linear]:
@@ -124,46 +139,65 @@ def _iterate(
         if not _is_finite(linear):
             return ended(Termination.NOT_FINITE)
         ratio = condition_ratio(linear.triangle)
-        if ratio < SINGULAR_RATIO:
-            return ended(Termination.SINGULAR)
-        if steps and steps[-1].damping == 0 and steps[-1].max_scaled_step <= max(tolerance, ROUNDING / ratio):
-            return ended(Termination.CONVERGED)
+        is_singular = ratio < SINGULAR_RATIO
+        if arrived and polish is None:
+            return ended(Termination.SINGULAR if is_singular else Termination.CONVERGED)
         if len(steps) >= max_iterations:
-            return ended(Termination.MAX_ITERATIONS)
-        taken = _descend(problem, state, linear, max(tolerance, ROUNDING / ratio))
-        if taken is None:
-            return ended(Termination.NO_DESCENT)
-        step, state, linear = taken
-        steps.append(step)
-        if step.max_scaled_step > DIVERGED_STEP:
+            return ended(Termination.SINGULAR if is_singular else Termination.MAX_ITERATIONS)
+        if arrived and polish is not None:
+            problem, linear, polish = polish, polish.linearise(state), None
+        noise = ROUNDING / max(ratio, SINGULAR_RATIO) ** (1 if polish is None else 2)
+        region = region.including(linear.triangle, linear.scales)
+        descent = _descend(problem, state, linear, region, max(tolerance, noise), is_singular=is_singular)
+        if descent is None:
+            return ended(Termination.SINGULAR if is_singular else Termination.NO_DESCENT)
+        steps.append(descent.step)
+        state, linear, region, arrived = descent.state, descent.linear, descent.region, descent.arrived
+        if descent.step.max_scaled_step > DIVERGED_STEP:
             return ended(Termination.DIVERGED)
 
 
+@dataclass(frozen=True, slots=True)
+class _Descent(Generic[State, Linear]):
+    """A step that was taken, where it led, and whether it shows that there is nothing left to correct."""
+
+    step: Step[State]
+    state: State
+    linear: Linear
+    region: TrustRegion
+    arrived: bool
+
+
 def _descend(
-    problem: Problem[State, Linear], state: State, linear: Linear, tolerance: float
-) -> tuple[Step[State], State, Linear] | None:
-    """The first step, undamped or ever more damped, that does not make v'Pv grow."""
-    damping = 0.0
-    while damping <= LARGEST_DAMPING:
-        corrections = solve(linear, damping)
-        following, eliminated_step = problem.corrected(state, linear, corrections)
-        scaled = max(float(np.max(np.abs(corrections / linear.scales))), eliminated_step)
+    problem: Problem[State, Linear],
+    state: State,
+    linear: Linear,
+    region: TrustRegion,
+    tolerance: float,
+    *,
+    is_singular: bool,
+) -> _Descent[State, Linear] | None:
+    """The first step, whole or ever shorter, that lowers v'Pv; None when it would have to be shorter than eps."""
+    while True:
+        trial = region.step(linear.triangle, linear.rho, linear.scales, SINGULAR_RATIO if is_singular else 0.0)
+        following, eliminated_step = problem.corrected(state, linear, trial.corrections)
         after = problem.linearise(following)
-        is_last = damping == 0 and scaled <= tolerance
-        if is_last or after.vPv <= linear.vPv * (1 + (SAME_VPV if damping == 0 else 0.0)):
-            return Step(state, corrections, linear.vPv, scaled, damping), following, after
-        damping = damping * 10 if damping else FIRST_DAMPING
-    return None
+        of_unknowns = float(np.max(np.abs(trial.corrections / linear.scales)))
+        step = Step(state, trial.corrections, linear.vPv, max(of_unknowns, eliminated_step), trial.damping)
+        arrived = trial.is_whole and step.max_scaled_step <= tolerance
+        if arrived or (trial.is_whole and _is_rounding(trial, linear, after)):
+            return _Descent(step, following, after, region, arrived)
+        gain = (linear.vPv - after.vPv) / trial.predicted if trial.predicted > 0 else 0.0
+        if region.accepts(trial, gain):
+            return _Descent(step, following, after, region.after(trial, gain), False)
+        if not of_unknowns > SHORTEST_STEP:
+            return None
+        region = region.after(trial, gain)
 
 
-def solve(linear: Linearised, damping: float = 0.0) -> FloatArray:
-    """delta (u,) of (R'R + lambda diag(R'R)) (delta / s) = -R' rho."""
-    if damping == 0:
-        return np.asarray(linear.scales * -np.linalg.solve(linear.triangle, linear.rho))
-    norms = np.linalg.norm(linear.triangle, axis=0)
-    design = np.vstack([linear.triangle, np.sqrt(damping) * np.diag(norms)])
-    free_term = np.concatenate([linear.rho, np.zeros(len(norms))])
-    return np.asarray(linear.scales * -np.linalg.lstsq(design, free_term, rcond=None)[0])
+def _is_rounding(trial: BoundedStep, linear: Linearised, after: Linearised) -> bool:
+    """Is v'Pv so flat here that its change says nothing about the step?"""
+    return trial.predicted <= SAME_VPV * linear.vPv and after.vPv <= linear.vPv * (1 + SAME_VPV)
 
 
 def cofactor_matrix(linear: Linearised) -> FloatArray:

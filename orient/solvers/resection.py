@@ -10,6 +10,7 @@ from orient.errors import GeometryError
 from orient.geometry.collinearity import image_ray, project
 from orient.solvers import functional_iteration
 from orient.solvers.common_unknowns import CommonUnknowns, whitened
+from orient.solvers.engines import Engine
 from orient.solvers.functional_iteration import Termination
 from orient.solvers.ground_points import ground_knowledge, onto_rays, undetermined_points
 from orient.solvers.resection_checks import check_control
@@ -50,6 +51,7 @@ def resect(
     approximate_station: FloatArray | None = None,
     camera_above: FloatArray | None = None,
     names: Sequence[str] | None = None,
+    engine: Engine = Engine.ZLATANOV,
     tolerance: float = 1e-10,
     max_iterations: int = 50,
 ) -> Resection:
@@ -63,6 +65,7 @@ def resect(
     `ground_free` and `ground_weight` are then those of the point's own part p.
     `start_mask` (n,): points with three known coordinates, by default those whose D has no part without weight.
     `camera_above` (3,): up vector; the camera must then be above the mean ground. `names` only serve the messages.
+    `engine`: Algorithm Z with the last steps by QR, or QR throughout.
 
     No approximations are needed: every exact three-point resection of spread triples is a start, the best distinct
     ones are refined, and the valid one (converged, all points in front, camera above) with the smallest v'Pv is the
@@ -79,7 +82,7 @@ def resect(
     check_control(image, image_cofactor, known, full, names)
     origin = ground.mean(axis=0)
     shared = whitened(common, len(image))
-    problem = ResectionProblem(image, image_cofactor, replace(known, given=ground - origin), f_mm, shared)
+    problem = ResectionProblem(image, image_cofactor, replace(known, given=ground - origin), f_mm, shared, engine)
     task = Task(problem, origin, full, camera_above, names, tolerance, max_iterations)
     near = None if approximate_station is None else approximate_station - origin
     starts = start_candidates(image[full], problem.known.given[full], f_mm, near)
@@ -107,8 +110,9 @@ def _refined(task: Task, candidate: Candidate) -> tuple[Refined, Termination]:
     rays = image_ray(problem.image, candidate.rotation, problem.f_mm)
     ground = onto_rays(problem.known, ~task.full, candidate.station, rays)
     start = Orientation(candidate.rotation, candidate.station, ground, np.zeros(problem.common.rank))
+    polish = None if problem.engine is Engine.QR else replace(problem, engine=Engine.QR)
     iterated = functional_iteration.iterate(
-        problem, start, tolerance=task.tolerance, max_iterations=task.max_iterations
+        problem, start, polish=polish, tolerance=task.tolerance, max_iterations=task.max_iterations
     )
     return iterated, _termination(task, iterated)
 
@@ -144,7 +148,9 @@ def _choose(
     limit = np.inf if task.redundancy == 0 else NEARLY_AS_GOOD * valid[0][0].linear.vPv
     limit = max(limit, ROUNDING_SHARE * task.reading_noise)
     as_good = [end for end in valid if end[0].linear.vPv <= limit]
-    fits = NEARLY_AS_GOOD * valid[0][0].linear.vPv + task.reading_noise
+    # without redundancy everything fits, with it a camera that ran into a point is no rival of one that fits far better
+    share = 1.0 if task.redundancy == 0 else ROUNDING_SHARE
+    fits = NEARLY_AS_GOOD * valid[0][0].linear.vPv + share * task.reading_noise
     singular = [end for end in ranked if end[1] is Termination.SINGULAR and end[0].linear.vPv <= fits]
     best = singular[0] if singular else valid[0]
     if near is not None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from orient.geometry.collinearity import partials_rotation, project
 from orient.geometry.rotation import rotation_exp
 from orient.solvers.common_unknowns import CommonTriangle, WhitenedCommon, no_common, redundancy_numbers
+from orient.solvers.engines import Engine, triangle
 from orient.solvers.ground_points import (
     GroundKnowledge,
     PointTriangles,
@@ -73,6 +74,7 @@ class ResectionProblem:
     known: GroundKnowledge
     f_mm: float
     shared: WhitenedCommon | None = None
+    engine: Engine = Engine.QR
 
     @property
     def common(self) -> WhitenedCommon:
@@ -80,7 +82,7 @@ class ResectionProblem:
         return no_common(len(self.image)) if self.shared is None else self.shared
 
     def linearise(self, state: Orientation) -> ResectionEquations:
-        """Whitened equations about `state`, the unknown points eliminated, one QR decomposition of the rest."""
+        """Whitened equations about `state`, the unknown points eliminated, the rest reduced by the engine."""
         computed, _ = project(state.ground, state.station, state.rotation, self.f_mm)
         partials = partials_rotation(state.ground, state.station, state.rotation, self.f_mm)
         distance = float(np.mean(np.linalg.norm(state.ground - state.station, axis=1)))
@@ -93,11 +95,11 @@ class ResectionProblem:
         shift = state.ground - self.known.given - self.common.shift(state.common)
         vPv = float(np.sum(white[:, :, 9] ** 2) + np.sum((self.known.weight_root @ shift[:, :, None]) ** 2))
         design, free_term, points = self._rim_equations(white, shift, state.common)
-        R = np.asarray(np.linalg.qr(np.column_stack([design, free_term]), mode="r"))
+        R, rho = triangle(design, free_term, self.engine)
         q = self.common.rank
-        common = CommonTriangle(R[:q, :q], R[:q, q:-1], R[:q, -1])
+        common = CommonTriangle(R[:q, :q], R[:q, q:], rho[:q])
         vPv += float(state.common @ state.common)
-        return ResectionEquations(vPv, R[q : q + 6, q:-1], R[q : q + 6, -1], scales, points, common)
+        return ResectionEquations(vPv, R[q:, q:], rho[q:], scales, points, common)
 
     def _rim_equations(
         self, white: FloatArray, shift: FloatArray, z: FloatArray

@@ -69,7 +69,7 @@ def test_damping_rescues_a_start_from_which_gauss_newton_diverges() -> None:
     [
         (one(lambda x: np.exp(-x), lambda x: -np.exp(-x)), 0.0, Termination.MAX_ITERATIONS),
         (one(lambda x: 1.0, lambda x: 0.0), 0.0, Termination.SINGULAR),
-        (one(lambda x: 1.0, lambda x: 1e-9), 0.0, Termination.DIVERGED),
+        (one(lambda x: 1 / (1 + 1e-9 * x), lambda x: -1e-9 / (1 + 1e-9 * x) ** 2), 0.0, Termination.DIVERGED),
         (one(lambda x: 1.0 + x * x, lambda x: -1.0), 0.0, Termination.NO_DESCENT),
         (one(lambda x: np.nan, lambda x: 1.0), 0.0, Termination.NOT_FINITE),
     ],
@@ -78,6 +78,39 @@ def test_damping_rescues_a_start_from_which_gauss_newton_diverges() -> None:
 def test_every_end_is_a_result_with_its_code(curve: Curve, start: float, termination: Termination) -> None:
     end = iterate(curve, np.array([start]))
     assert end.termination is termination
+
+
+def test_a_singular_start_may_lead_to_a_regular_solution() -> None:
+    """An amplitude of zero hides its rate: the amplitude moves first, the rate then."""
+    x = np.linspace(0.0, 4.0, 9)
+    observed = 2.0 * np.exp(-x)
+    decay = Curve(
+        lambda b: b[0] * np.exp(-b[1] * x) - observed,
+        lambda b: np.column_stack([np.exp(-b[1] * x), -b[0] * x * np.exp(-b[1] * x)]),
+    )
+    end = iterate(decay, np.array([0.0, 3.0]))
+    assert end.steps[0].damping > 0
+    assert end.termination is Termination.CONVERGED
+    np.testing.assert_allclose(end.state, [2.0, 1.0], rtol=1e-9)
+
+
+@pytest.mark.parametrize("polish", [False, True])
+def test_the_polishing_problem_ends_the_iteration(polish: bool) -> None:
+    """A problem with rough equations stops at its noise; the same with good ones takes over."""
+    seen: list[str] = []
+
+    def noted(name: str, slope: float) -> Curve:
+        def design(x: FloatArray) -> FloatArray:
+            seen.append(name)
+            return np.array([[slope * 2 * x[0]]])
+
+        return Curve(lambda x: x**2 - 2, design)
+
+    rough, good = noted("rough", 1.001), noted("good", 1.0)
+    end = iterate(rough, np.array([1.0]), polish=good if polish else None)
+    assert end.termination is Termination.CONVERGED
+    assert end.state[0] == pytest.approx(np.sqrt(2), rel=1e-12)
+    assert seen[-1] == ("good" if polish else "rough")
 
 
 def test_null_vector_is_written_in_unknowns() -> None:
@@ -100,15 +133,16 @@ def test_strong_correlations_name_the_pair() -> None:
 
 @dataclass(frozen=True)
 class Steps:
-    """An adjustment whose corrections are given: the state counts the iterations, v'Pv falls in all of them."""
+    """An adjustment whose corrections are given: the state counts the iterations, v'Pv falls as each promises."""
 
     corrections: tuple[float | tuple[float, ...], ...]
     scales: tuple[float, ...] = (1.0,)
 
     def linearise(self, state: int) -> Linear:
         scales = np.array(self.scales)
-        rho = -np.atleast_1d(self.corrections[state]) / scales
-        return Linear(2.0**-state, np.eye(len(scales)), rho, scales)
+        steps = [np.atleast_1d(correction) / scales for correction in self.corrections]
+        vPv = sum(float(step @ step) for step in steps[state:])
+        return Linear(vPv, np.eye(len(scales)), -steps[state], scales)
 
     def corrected(self, state: int, linear: Linear, corrections: FloatArray) -> tuple[int, float]:
         return state + 1, 0.0
