@@ -2,16 +2,14 @@
 
 import inspect
 import os
-import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 from orient.store.stage_tables import LEDGER_TABLES, STAGE_TABLES
+from orient.store.views import view_texts
 
 MADE = "<!-- Made from the code by `make docs`; do not edit. -->\n\n"
-VIEW_LINE = re.compile(r"^-- (?P<name>v_\w+): (?P<text>.*)$")
-COLUMN_LINE = re.compile(r"^--   (?P<name>\w+): (?P<text>.*)$")
 HELP_WIDTH = "100"
 
 
@@ -49,13 +47,9 @@ def _intro() -> Iterator[str]:
 
 
 def _views() -> Iterator[str]:
-    from importlib.resources import files
-
-    for line in (files("orient.store") / "views.sql").read_text("utf-8").splitlines():
-        if view := VIEW_LINE.match(line):
-            yield f"\n### {view['name']}\n\n{view['text']}\n\n| column | meaning |\n|---|---|"
-        elif column := COLUMN_LINE.match(line):
-            yield _row(column["name"], column["text"])
+    for view in view_texts():
+        yield f"\n### {view.name}\n\n{view.question}\n\n| column | meaning |\n|---|---|"
+        yield from (_row(name, text) for name, text in view.columns.items())
     yield ""
 
 

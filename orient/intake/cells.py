@@ -6,7 +6,7 @@ from typing import TypeVar
 from orient.intake import numbers
 from orient.intake.csv_table import Record
 from orient.intake.findings import BadValue, Findings, shown
-from orient.intake.names import NameRegister, parse_name
+from orient.intake.names import NameRegister
 from orient.intake.options import ReadOptions
 
 COORDINATE_LIMIT_M = 1e8
@@ -39,9 +39,6 @@ class CellReader:
     def name(self, column: str, register: NameRegister) -> str:
         """The name, or an empty text when it is not one."""
         return self._value(column, lambda text: register.add(text, self.line), True) or ""
-
-    def optional_name(self, column: str) -> str | None:
-        return self._value(column, parse_name, False)
 
     def number(self, column: str, limit: float = COORDINATE_LIMIT_M, required: bool = False) -> float | None:
         return self.number_in(column, -limit, limit, required)

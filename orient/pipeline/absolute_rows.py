@@ -8,12 +8,11 @@ from orient.geometry.rotation import quaternion_from_matrix
 from orient.geometry.similarity import fixed_axes_from_matrix
 from orient.pipeline.absolute_zone import Errors, Zone, known_directions
 from orient.pipeline.frames import Frame
-from orient.pipeline.tables import Array, columns, covariance_columns, or_none
+from orient.pipeline.tables import Array, columns, covariance_columns, named_packed_rows, or_none
 from orient.solvers.absolute_points import ground_points
 from orient.solvers.absolute_result import AbsoluteIteration, AbsoluteOrientation
 from orient.solvers.absolute_small_angles import SMALL_ANGLE_ELEMENTS, SmallAngleOrientation
 from orient.solvers.absolute_views import ElementView, element_view
-from orient.solvers.packed import pack_upper
 from orient.units import DEGREES_PER_RADIAN, wrap_half_turn
 from orient.values import Row
 
@@ -139,20 +138,8 @@ def _cofactor_rows(zone: Zone, name: str, view: ElementView) -> Rows:
     """Packed by the papers' index IJ; no rows for a view in its blind position."""
     if view.near_blind:
         return []
-    first, second = np.triu_indices(7)
-    return [
-        {
-            "zone": zone.name,
-            "unknowns": name,
-            "IJ": position,
-            "i": int(i) + 1,
-            "j": int(j) + 1,
-            "unknown_i": view.names[int(i)],
-            "unknown_j": view.names[int(j)],
-            "value": float(value),
-        }
-        for position, (i, j, value) in enumerate(zip(first, second, pack_upper(view.Q), strict=True), 1)
-    ]
+    head = {"zone": zone.name, "unknowns": name}
+    return [{**head, **row} for row in named_packed_rows(view.Q, view.names)]
 
 
 def _iteration_row(zone: Zone, number: int, record: AbsoluteIteration) -> Row:

@@ -8,9 +8,8 @@ import numpy as np
 from orient.geodesy.ellipsoid import meridian_radius, prime_vertical_radius
 from orient.geometry.polynomial import exponents
 from orient.pipeline.ground import Ground, ground_of
-from orient.pipeline.tables import Array, columns, group, names, number, or_none, single
+from orient.pipeline.tables import Array, columns, group, names, number, or_none, packed_rows, single
 from orient.solvers.cycle_means import CycleMeans, cycle_means
-from orient.solvers.packed import pack_upper
 from orient.solvers.polynomial_degree import F_TEST, LEAVE_ONE_OUT, degree_choices
 from orient.solvers.polynomial_fit import SheetFit, Suspect, fit_sheet, predict, suspects
 from orient.units import RADIANS_PER_DEGREE
@@ -162,11 +161,7 @@ def _coefficient_rows(sheet: Sheet, fit: SheetFit) -> list[Row]:
 
 
 def _cofactor_rows(sheet: Sheet, fit: SheetFit) -> list[Row]:
-    first, second = np.triu_indices(len(fit.cofactor))
-    return [
-        {"sheet": sheet.name, "IJ": position, "i": int(i) + 1, "j": int(j) + 1, "value": float(value)}
-        for position, (i, j, value) in enumerate(zip(first, second, pack_upper(fit.cofactor), strict=True), 1)
-    ]
+    return [{"sheet": sheet.name, **row} for row in packed_rows(fit.cofactor)]
 
 
 def _residual_rows(sheet: Sheet, fit: SheetFit, bad: Sequence[Suspect], rejected: set[int]) -> list[Row]:

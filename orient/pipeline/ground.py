@@ -15,7 +15,7 @@ from orient.geodesy.crs import (
     ground_ellipsoid,
 )
 from orient.geodesy.ellipsoid import Ellipsoid
-from orient.geodesy.topocentric import geocentric_from_geographic, geographic_from_geocentric
+from orient.geodesy.topocentric import geographic_from_geocentric
 from orient.pipeline.tables import Array, number, required
 from orient.units import DEGREES_PER_RADIAN, RADIANS_PER_DEGREE
 from orient.values import Row
@@ -54,9 +54,6 @@ class Ground:
         """(n, 3) L, B [deg], H from geocentric X, Y, Z on the ground's own ellipsoid."""
         latitude, longitude, height = geographic_from_geocentric(xyz, self.figure).T
         return np.column_stack([longitude * DEGREES_PER_RADIAN, latitude * DEGREES_PER_RADIAN, height])
-
-    def geocentric_from_geographic(self, latitude: Array, longitude: Array, height: Array) -> Array:
-        return geocentric_from_geographic(latitude, longitude, height, self.figure)
 
     def operation_from(
         self, source_crs: str | None, coordinates: Array, source: str, allow_ballpark: bool

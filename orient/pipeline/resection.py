@@ -83,7 +83,7 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
         return Outcome(traces, events, error=error, hint=_hint(found.termination))
     events += resection_findings(found, frame, control.points, sigma0)
     use_posteriori = settings["variance"] == "posteriori" and found.redundancy > 0
-    results = result_tables(found, frame, ground, control, check, sigma0, use_posteriori)
+    results = result_tables(found, frame, control, check, sigma0, use_posteriori)
     adjusted = {"adjusted_coefficient": adjusted_coefficient_rows(found, shared, sigma0)}
     return Outcome({**results, **adjusted, **traces}, events, _summary(found, sigma0))
 

@@ -16,9 +16,7 @@ from orient.geometry.rotation import (
     quaternion_from_matrix,
 )
 from orient.pipeline.frames import Frame
-from orient.pipeline.ground import Ground
-from orient.pipeline.tables import COVARIANCE_PARTS, UPPER_3, Array, or_none
-from orient.solvers.packed import pack_upper
+from orient.pipeline.tables import COVARIANCE_PARTS, UPPER_3, Array, named_packed_rows, or_none
 from orient.solvers.resection import Resection
 from orient.units import DEGREES_PER_RADIAN
 from orient.values import Row
@@ -37,7 +35,6 @@ Rows = list[dict[str, str | int | float | None]]
 def result_tables(
     found: Resection,
     frame: Frame,
-    ground: Ground,
     control: "Observations",
     check: "Observations",
     sigma0: float,
@@ -47,7 +44,7 @@ def result_tables(
     scale = found.vPv / found.redundancy if use_posteriori else sigma0**2
     return {
         "orientation": [_orientation_row(found, frame, sigma0, scale, use_posteriori)],
-        "orientation_angle": _angle_rows(found, frame, ground, scale),
+        "orientation_angle": _angle_rows(found, frame, scale),
         "cofactor": _cofactor_rows(found, frame),
         "image_residual": [*_control_residuals(found, control), *_check_residuals(found, frame, check)],
         "adjusted_point": _adjusted_rows(found, frame, control),
@@ -86,7 +83,7 @@ def _place_on_earth(station: Array, frame: Frame) -> dict[str, float | None]:
     return {**named(keys, np.concatenate([degrees, frame.geocentric(geographic)[0]]))}
 
 
-def _angle_rows(found: Resection, frame: Frame, ground: Ground, scale: float) -> Rows:
+def _angle_rows(found: Resection, frame: Frame, scale: float) -> Rows:
     turns = {"ground": np.eye(3)}
     if frame.origin is not None:
         turns["geocentric"] = frame.geocentric_from_right_handed()
@@ -133,19 +130,7 @@ def _cofactor_rows(found: Resection, frame: Frame) -> Rows:
 
 
 def _packed_rows(unknowns: str, unknown_names: Sequence[str], matrix: Array) -> Rows:
-    first, second = np.triu_indices(len(matrix))
-    return [
-        {
-            "unknowns": unknowns,
-            "IJ": position,
-            "i": int(i) + 1,
-            "j": int(j) + 1,
-            "unknown_i": unknown_names[int(i)],
-            "unknown_j": unknown_names[int(j)],
-            "value": float(value),
-        }
-        for position, (i, j, value) in enumerate(zip(first, second, pack_upper(matrix), strict=True), 1)
-    ]
+    return [{"unknowns": unknowns, **row} for row in named_packed_rows(matrix, unknown_names)]
 
 
 def _control_residuals(found: Resection, control: "Observations") -> Rows:

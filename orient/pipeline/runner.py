@@ -130,10 +130,10 @@ def _run(project: Project, stage: Stage, settings: Settings, reason: str, again:
     known = None if again else project.find_run_by_digest(stage.name, digest)
     if known is not None:
         return _reuse(project, stage, known, reason)
-    outcome, hint = _compute(stage, {name: project.read_tables(run.run_id) for name, run in inputs.items()}, full)
-    last = project.runs(stage.name)[-1:]
-    if last and not again and (last[0].input_digest, last[0].error) == (digest, outcome.error):
-        return Result(stage.name, last[0], computed=False, events=outcome.events, hint=hint)  # the same failure again
+    outcome = _compute(stage, {name: project.read_tables(run.run_id) for name, run in inputs.items()}, full)
+    repeated = _same_failure(project, stage, digest, outcome) if outcome.error and not again else None
+    if repeated is not None:
+        return Result(stage.name, repeated, computed=False, events=outcome.events, hint=outcome.hint)
     new = NewRun(
         stage=stage.name,
         stage_version=stage.version,
@@ -146,7 +146,13 @@ def _run(project: Project, stage: Stage, settings: Settings, reason: str, again:
         outcome=outcome,
         select=True,
     )
-    return Result(stage.name, project.append(new), computed=True, events=outcome.events, hint=hint)
+    return Result(stage.name, project.append(new), computed=True, events=outcome.events, hint=outcome.hint)
+
+
+def _same_failure(project: Project, stage: Stage, digest: str, outcome: Outcome) -> RunInfo | None:
+    """The stage's last run, if it failed on the same inputs with the same words: that is not stored again."""
+    last = project.runs(stage.name)[-1:]
+    return last[0] if last and (last[0].input_digest, last[0].error) == (digest, outcome.error) else None
 
 
 def _reuse(project: Project, stage: Stage, known: RunInfo, reason: str) -> Result:
@@ -158,13 +164,12 @@ def _reuse(project: Project, stage: Stage, known: RunInfo, reason: str) -> Resul
     return Result(stage.name, known, computed=False, events=project.events(known.run_id), selected_again=moves)
 
 
-def _compute(stage: Stage, inputs: Mapping[str, Tables], settings: Settings) -> tuple[Outcome, str]:
+def _compute(stage: Stage, inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     try:
-        outcome = stage.compute(inputs, settings)
+        return stage.compute(inputs, settings)
     except OrientError as error:
         failure = Event("error", "refused", "", error.message)
-        return Outcome({}, (failure,), summary="", error=error.message), error.hint
-    return outcome, outcome.hint
+        return Outcome({}, (failure,), error=error.message, hint=error.hint)
 
 
 def _full_settings(stage: Stage, head: RunInfo | None, given: Settings) -> Settings:

@@ -1,13 +1,13 @@
 """Rows of the project file to arrays and back; the one place where None becomes NaN and NumPy scalars become floats."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orient.errors import OrientError
-from orient.values import Row, Tables
+from orient.solvers.packed import pack_upper, packed_pairs
+from orient.values import Row, Scalar, Tables
 
 Array = NDArray[np.float64]
 COVARIANCE_PARTS = ("XX", "XY", "XZ", "YY", "YZ", "ZZ")
@@ -72,6 +72,18 @@ def group(rows: Sequence[Row], column: str) -> dict[str, list[Row]]:
     return groups
 
 
-def floats(row: Mapping[str, Any]) -> dict[str, Any]:
-    """A row whose NumPy scalars are plain Python numbers."""
-    return {key: value.item() if isinstance(value, np.generic) else value for key, value in row.items()}
+def packed_rows(matrix: Array) -> list[dict[str, Scalar]]:
+    """The upper triangle as rows with IJ, i, j from 1 (seed 000, equation (10)) and the value."""
+    return [
+        {"IJ": IJ, "i": i, "j": j, "value": float(value)}
+        for IJ, ((i, j), value) in enumerate(zip(packed_pairs(len(matrix)), pack_upper(matrix), strict=True), 1)
+    ]
+
+
+def named_packed_rows(matrix: Array, unknowns: Sequence[str]) -> list[dict[str, Scalar]]:
+    """`packed_rows` with the names of the unknowns of row and column."""
+    pairs = packed_pairs(len(matrix))
+    return [
+        {**row, "unknown_i": unknowns[i - 1], "unknown_j": unknowns[j - 1]}
+        for row, (i, j) in zip(packed_rows(matrix), pairs, strict=True)
+    ]
