@@ -19,6 +19,7 @@ from orient.pipeline.tables import Array, columns, names, single
 from orient.solvers.absolute_orientation import orient_model
 from orient.solvers.absolute_result import AbsoluteOrientation
 from orient.solvers.absolute_small_angles import orient_by_small_angles
+from orient.solvers.engines import Engine
 from orient.units import DEGREES_PER_RADIAN
 from orient.values import Event, Outcome, Row, Settings, Tables
 
@@ -54,7 +55,7 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
         use_posteriori = settings["variance"] == "posteriori" and found.redundancy > 0
         _add(tables, result_tables(zone, control, found, frame, errors, use_posteriori))
         if settings["small_angles"]:
-            events.append(_small_angles(zone, control, found, errors, frame, tables))
+            events.append(_small_angles(zone, control, found, errors, frame, tables, Engine(str(settings["engine"]))))
         summaries.append(_summary(zone, found, errors))
     if failures:
         return Outcome(_traces_only(tables), events, error="; ".join(text for text, _ in failures), hint=failures[0][1])
@@ -83,6 +84,7 @@ def _solve(zone: Zone, errors: Errors, frame: Frame, settings: Settings) -> tupl
             model_cofactor=errors.model,
             names=zone.control_points,
             allow_upside_down=bool(settings["upside_down"]),
+            engine=Engine(str(settings["engine"])),
             tolerance=float(settings["tolerance"] or 0.0),
             max_iterations=int(settings["max_iterations"] or 0),
         )
@@ -96,7 +98,13 @@ def _solve(zone: Zone, errors: Errors, frame: Frame, settings: Settings) -> tupl
 
 
 def _small_angles(
-    zone: Zone, control: Zone, found: AbsoluteOrientation, errors: Errors, frame: Frame, tables: Rows
+    zone: Zone,
+    control: Zone,
+    found: AbsoluteOrientation,
+    errors: Errors,
+    frame: Frame,
+    tables: Rows,
+    engine: Engine,
 ) -> Event:
     """(111) beside the rigorous elements: rows, and how far it is off."""
     small = orient_by_small_angles(
@@ -106,6 +114,7 @@ def _small_angles(
         known=frame.right_handed_matrix(control.control_known),
         ground_cofactor=frame.right_handed_matrix(errors.ground),
         model_cofactor=errors.model,
+        engine=engine,
     )
     _add(tables, {"absolute_small_angle": small_angle_rows(zone, small, frame)})
     message = (

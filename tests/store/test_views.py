@@ -26,11 +26,11 @@ def test_nothing_is_stale_after_a_full_run(full: Path) -> None:
 
 
 CHANGES = {
-    "photo": ["refine", "digitize", "bl", "topocentric", "resection", "covariance"],
+    "photo": ["refine", "digitize", "bl", "topocentric", "resection", "covariance", "absolute"],
     "readings": ["refine", "resection", "covariance"],
-    "sheet": ["digitize", "bl", "topocentric", "resection", "covariance"],
-    "control": ["bl", "topocentric", "resection", "covariance"],
-    "model": [],
+    "sheet": ["digitize", "bl", "topocentric", "resection", "covariance", "absolute"],
+    "control": ["bl", "topocentric", "resection", "covariance", "absolute"],
+    "model": ["absolute"],
 }
 
 
