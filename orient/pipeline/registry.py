@@ -125,7 +125,7 @@ ALL_STAGES = INPUT_STAGES + tuple(BY_NAME)
 
 
 def is_optional(name: str, waits_for: str) -> bool:
-    """A stage that others can do without, or that nobody has asked for: when its inputs are missing, nothing is wrong."""
+    """Others can do without this stage, or nobody has asked for it: nothing is wrong when its inputs are missing."""
     wanted_with = BY_NAME[name].wanted_with
     return any(name in stage.optional for stage in STAGES) or (
         wanted_with != "" and wanted_with in waits_for.split(", ")

@@ -1,4 +1,4 @@
-"""The absolute orientation for people, zone by zone: elements in the three forms, residuals, iterations, ground points."""
+"""The absolute orientation for people, zone by zone: elements in three forms, residuals, iterations, ground points."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -8,9 +8,9 @@ from orient.report.text import cell
 from orient.values import Row, Scalar, Tables
 
 FORMS = {
-    "homothety": "X_G = R x/H + X0 (2')",
-    "joint": "X_G = (R x + T)/H (4')",
-    "scale": "X_G = X0 + t R x (108)",
+    "homothety": ("X_G = R x/H + X0 (2')", ("xi", "eta", "theta", "H", "X_0", "Y_0", "Z_0")),
+    "joint": ("X_G = (R x + T)/H (4')", ("xi", "eta", "theta", "H", "T_X", "T_Y", "T_Z")),
+    "scale": ("X_G = X0 + t R x (108)", ("X_0", "Y_0", "Z_0", "t", "xi", "eta", "theta")),
 }
 DECIMALS = {"deg": 7, "m": 4}
 V = ("vX_m", "vY_m", "vZ_m")
@@ -65,14 +65,15 @@ def _of_zone(zone: str, tables: Tables, table: str) -> list[Row]:
 
 
 def _elements(rows: Sequence[Row], most: int) -> list[Shown]:
-    """One table for each form."""
+    """One table for each form, in the order of its paper."""
+    found = {(row["view"], row["unknown"]): row for row in rows}
     return [
         (
             f"{form}{{frame}}" if view == "homothety" else form,
             ["element", "value", "sigma"],
-            [_element(row) for row in rows if row["view"] == view],
+            [_element(found[view, name]) for name in names],
         )
-        for view, form in FORMS.items()
+        for view, (form, names) in FORMS.items()
     ]
 
 
@@ -96,9 +97,9 @@ def _measure(value: Scalar, row: Row, *, sigma: bool = False) -> str:
 def _residuals(rows: Sequence[Row], most: int) -> list[Shown]:
     ranked = sorted(rows, key=lambda row: (row["role"] == "check", -_length(row)))
     control = [row for row in rows if row["role"] == "control"]
-    title = f"Residuals: computed minus given{_rms(control)}"
+    title = f"Residuals: computed minus given, m{_rms(control)}"
     if len(ranked) > most:
-        title += f"; the {most} largest"
+        title += f"\nThe {most} largest"
     cells = [
         [
             cell(row["point"]),
@@ -108,7 +109,7 @@ def _residuals(rows: Sequence[Row], most: int) -> list[Shown]:
         ]
         for row in ranked[:most]
     ]
-    return [(title, ["point", "role", "vX m", "vY m", "vZ m", "r_X", "r_Y", "r_Z"], cells)]
+    return [(title, ["point", "role", "vX", "vY", "vZ", "r_X", "r_Y", "r_Z"], cells)]
 
 
 def _length(row: Row) -> float:
@@ -121,8 +122,8 @@ def _rms(rows: Sequence[Row]) -> str:
     for name in V:
         given = [_float(row[name]) for row in rows if row[name] is not None]
         if given:
-            parts.append(f"{name[1]} {math.sqrt(sum(v * v for v in given) / len(given)):.4f} m ({len(given)})")
-    return f"; control, rms sqrt(sum v^2/n) of n: {', '.join(parts)}" if parts else ""
+            parts.append(f"{name[1]} {math.sqrt(sum(v * v for v in given) / len(given)):.4f} ({len(given)})")
+    return f"\nControl, rms sqrt(sum v^2/n) and (n): {', '.join(parts)}" if parts else ""
 
 
 def _alternatives(rows: Sequence[Row], most: int) -> list[Shown]:
@@ -170,7 +171,7 @@ def _iterations(rows: Sequence[Row], most: int) -> list[Shown]:
 def _ground_points(rows: Sequence[Row], most: int) -> list[Shown]:
     title = "Model points on the ground"
     if len(rows) > most:
-        title += f"; the first {most} of {len(rows)}, all: orient sql PROJECT model-points"
+        title += f"; {most} of {len(rows)}\nAll: orient sql PROJECT model-points"
     cells = [
         [
             cell(row["point"]),

@@ -1,9 +1,9 @@
 """For developers: write the frozen texts of the format in work anew, `python -m orient.store.schema_files`.
 
-`make schema` does it: migrations/versions/0002_absolute.sql is what leads from the tables of 0001_initial.sql to those of
-models.py, and schema.json is a fresh file (tables, guards, views). Call it after a change of models.py, guards.sql or
-views.sql. 0001_initial.sql is never written again: files of format 1 exist. Once format 2 is released, the next change
-of the tables is migration 0003, made from the texts before it in the same way.
+`make schema` does it: migrations/versions/0002_absolute.sql is what leads from the tables of 0001_initial.sql to those
+of models.py, and schema.json is a fresh file (tables, guards, views). Call it after a change of models.py, guards.sql
+or views.sql. 0001_initial.sql is never written again: files of format 1 exist. Once format 2 is released, the next
+change of the tables is migration 0003, made from the texts before it in the same way.
 """
 
 import re
@@ -39,7 +39,8 @@ def models_ddl() -> Ddl:
 
 
 def migration_ddl(before: dict[str, str], after: Ddl) -> str:
-    """SQL from the tables `before` (name -> CREATE TABLE) to those `after`; a changed table is rebuilt with its rows."""
+    """SQL from the tables `before` (name -> CREATE TABLE) to those `after`; a changed table is rebuilt with
+    its rows, which is right as long as no other table refers to it."""
     if gone := sorted(before.keys() - after.keys()):
         raise OrientError(f"tables cannot go: {', '.join(gone)}", "Rows that somebody sealed must stay readable.")
     statements: list[str] = []
