@@ -94,7 +94,7 @@ def _of_a_result(zone: Zone, found: AbsoluteOrientation, frame: Frame, errors: E
     if any(other.is_as_good for other in found.alternatives):
         tilt = float(np.arccos(np.clip(found.alternatives[0].rotation[2, 2], -1, 1))) * DEGREES_PER_RADIAN
         message = f"{head} a second orientation, tilted by {tilt:.1f} deg, fits as well; the smaller tilt was taken"
-        kind, code = ("warning", "ambiguous") if found.is_ambiguous else ("info", "two_solutions")
+        kind, code = ("warning", "ambiguous_model") if found.is_ambiguous else ("info", "two_solutions")
         events.append(Event(kind, code, zone.name, message, tilt))  # type: ignore[arg-type]
     for first, second, correlation in found.weak:
         if abs(correlation) > STRONG_CORRELATION:

@@ -124,6 +124,10 @@ BY_NAME = {stage.name: stage for stage in STAGES}
 ALL_STAGES = INPUT_STAGES + tuple(BY_NAME)
 
 
+FINAL_STAGES = ("resection", "absolute")
+"""Stages whose result is the orientation itself."""
+
+
 def is_optional(name: str, waits_for: str) -> bool:
     """Others can do without this stage, or nobody has asked for it: nothing is wrong when its inputs are missing."""
     wanted_with = BY_NAME[name].wanted_with

@@ -142,7 +142,7 @@ def test_partial_control_on_the_curved_earth(kinds: str, where: str) -> None:
         assert row["sigma0"] is None and row["variance_scale"] is None
         assert outcome.tables["model_ground_point"][0]["cov_XX_m2"] is None
     if kinds == "ffh":
-        assert {"two_solutions", "ambiguous"}.intersection(codes(outcome))
+        assert {"two_solutions", "ambiguous_model"}.intersection(codes(outcome))
         assert len(outcome.tables["absolute_alternative"]) == 1
 
 
