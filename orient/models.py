@@ -19,7 +19,7 @@ from sqlalchemy import (
 )
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 APPLICATION_ID = 0x4F524E54
 REAL_LIMIT = "1e15"
 
@@ -344,15 +344,31 @@ class ControlSystem(Base):
 
 
 class ModelPoint(Base):
-    """Points of a photogrammetric model, by zone (for the absolute orientation)."""
+    """Points of a photogrammetric model, by zone (for the absolute orientation).
+
+    The six covariances are all there, or none of them: then --sigma-model holds, or the model is without error.
+    """
 
     __tablename__ = "model_point"
+    __table_args__ = (
+        CheckConstraint(
+            "(cov_xx IS NULL) + (cov_xy IS NULL) + (cov_xz IS NULL) + (cov_yy IS NULL) + (cov_yz IS NULL) "
+            "+ (cov_zz IS NULL) IN (0, 6)",
+            name="covariance",
+        ),
+    )
     run_id: Mapped[int] = run_id()
     zone: Mapped[str] = text("group of photos with its own seven parameters", primary_key=True)
     point: Mapped[str] = text("point", primary_key=True)
     x: Mapped[float] = real("model x")
     y: Mapped[float] = real("model y")
     z: Mapped[float] = real("model z")
+    cov_xx: Mapped[float | None] = real("covariance of the model coordinates, model units squared")
+    cov_xy: Mapped[float | None] = real("covariance of the model coordinates, model units squared")
+    cov_xz: Mapped[float | None] = real("covariance of the model coordinates, model units squared")
+    cov_yy: Mapped[float | None] = real("covariance of the model coordinates, model units squared")
+    cov_yz: Mapped[float | None] = real("covariance of the model coordinates, model units squared")
+    cov_zz: Mapped[float | None] = real("covariance of the model coordinates, model units squared")
 
 
 # ---------------------------------------------------------------------------------------------- refine
@@ -843,6 +859,191 @@ class GroundCovariancePair(Base):
     K_XY_m2: Mapped[float] = real("cov(X_i, Y_j)")
     K_YX_m2: Mapped[float] = real("cov(Y_i, X_j)")
     K_YY_m2: Mapped[float] = real("cov(Y_i, Y_j)")
+
+
+# ---------------------------------------------------------------------------------------------- absolute
+
+
+class AbsoluteOrientation(Base):
+    """The absolute orientation of each zone: X_G = R x/H + X0 (seed 000, (2) corrected), t = 1/H (seed 002, (108))."""
+
+    __tablename__ = "absolute_orientation"
+    __table_args__ = (one_of("sigma0_unit", "m", "1"),)
+    run_id: Mapped[int] = run_id()
+    zone: Mapped[str] = text("zone of the model", primary_key=True)
+    frame: Mapped[str] = text("frame of X_0, Y_0, Z_0: topocentric (T') | local_right | local_left")
+    X_0_m: Mapped[float] = real("ground position of the model's origin")
+    Y_0_m: Mapped[float] = real("ground position of the model's origin")
+    Z_0_m: Mapped[float] = real("ground position of the model's origin")
+    H: Mapped[float] = real("homothety coefficient, model units per metre")
+    t: Mapped[float] = real("scale denominator 1/H, metres per model unit")
+    q_w: Mapped[float] = real("unit quaternion model -> right-handed ground (east, north, up of T'), w >= 0")
+    q_x: Mapped[float] = real("unit quaternion")
+    q_y: Mapped[float] = real("unit quaternion")
+    q_z: Mapped[float] = real("unit quaternion")
+    n_full: Mapped[int] = whole("control points with all three coordinates: 3 equations each")
+    n_plan: Mapped[int] = whole("plan-only control points: 2 equations each")
+    n_height: Mapped[int] = whole("height-only control points: 1 equation each")
+    n_equations: Mapped[int] = whole("n = 3 n_full + 2 n_plan + n_height")
+    n_unknowns: Mapped[int] = whole("7")
+    redundancy: Mapped[int] = whole("r = n - 7")
+    vPv: Mapped[float] = real("sum of weighted squared residuals")
+    vPv_mirrored: Mapped[float | None] = real("what the mirrored model would leave; NULL = no reason to ask")
+    sigma0: Mapped[float | None] = real("mu = sqrt(vPv/r) in the unit of sigma0_unit; NULL without redundancy")
+    sigma0_unit: Mapped[str] = text("m: equal weights on the ground | 1: weights from covariances")
+    variance_scale: Mapped[float | None] = real("factor on the cofactors; NULL = not known")
+    variance_basis: Mapped[str] = text("a posteriori | a priori | unknown")
+    condition_ratio: Mapped[float] = real("smallest to largest singular value of the scaled design matrix")
+    iterations: Mapped[int] = whole("iterations")
+    termination: Mapped[str] = text("CONVERGED")
+
+
+class AbsoluteElement(Base):
+    """The seven elements as each paper names them; the translation in the axes of the stored frame.
+
+    homothety: xi, eta, theta about the fixed ground axes X, Y, Z (of the right-handed partner), H, X_0, Y_0, Z_0 (seed
+    000, (2)); joint: the same with T = H X0 (seed 000, (4)); scale: X_0, Y_0, Z_0, t, xi longitudinal, eta transverse
+    tilt, theta (seed 002, (108)).
+    """
+
+    __tablename__ = "absolute_element"
+    __table_args__ = (one_of("view", "homothety", "joint", "scale"),)
+    run_id: Mapped[int] = run_id()
+    zone: Mapped[str] = text("zone", primary_key=True)
+    view: Mapped[str] = text("homothety | joint | scale", primary_key=True)
+    unknown: Mapped[str] = text("xi eta theta H X_0 Y_0 Z_0, T_X T_Y T_Z, t", primary_key=True)
+    unit: Mapped[str] = text("deg | m | model | model/m | m/model")
+    value: Mapped[float] = real("value")
+    sigma: Mapped[float | None] = real("standard deviation mu sqrt(Q_ii), seed 002 (59); NULL = unknown or blind view")
+    near_blind: Mapped[int] = whole("1 if the middle angle is near 90 degrees, where the triple loses its meaning")
+
+
+class AbsoluteCofactor(Base):
+    """Cofactor matrix Q_x of the seven elements of each view, packed upper triangle with the papers' index IJ.
+
+    `rotation`: small rotation about the right-handed ground axes (east, north, up), H, X_0, Y_0, Z_0; the other views
+    as in absolute_element. Units rad, m, model units. Covariance = variance_scale x Q.
+    """
+
+    __tablename__ = "absolute_cofactor"
+    run_id: Mapped[int] = run_id()
+    zone: Mapped[str] = text("zone", primary_key=True)
+    unknowns: Mapped[str] = text("rotation | homothety | joint | scale", primary_key=True)
+    IJ: Mapped[int] = whole("(i-1)(2u-i)/2 + j, i <= j, from 1 (seed 000, equation (10))", primary_key=True)
+    i: Mapped[int] = whole("row, from 1")
+    j: Mapped[int] = whole("column, from 1")
+    unknown_i: Mapped[str] = text("name of the unknown of the row")
+    unknown_j: Mapped[str] = text("name of the unknown of the column")
+    value: Mapped[float] = real("cofactor")
+
+
+class AbsoluteIteration(Base):
+    """One iteration of the adjustment of a zone."""
+
+    __tablename__ = "absolute_iteration"
+    run_id: Mapped[int] = run_id()
+    zone: Mapped[str] = text("zone", primary_key=True)
+    iteration: Mapped[int] = whole("1, 2, ...", primary_key=True)
+    vPv: Mapped[float] = real("sum of weighted squared residuals at the approximations")
+    max_scaled_step: Mapped[float] = real("largest correction in units of its scale (1 rad, H, extent of the control)")
+    damping: Mapped[float] = real("damping of the step; 0 = full Gauss-Newton step")
+    q_w: Mapped[float] = real("rotation at the approximations")
+    q_x: Mapped[float] = real("rotation at the approximations")
+    q_y: Mapped[float] = real("rotation at the approximations")
+    q_z: Mapped[float] = real("rotation at the approximations")
+
+
+class AbsoluteIterationParameter(Base):
+    """Approximation and correction of xi, eta, theta, H, X_0, Y_0, Z_0 (seed 000) in every iteration."""
+
+    __tablename__ = "absolute_iteration_parameter"
+    run_id: Mapped[int] = run_id()
+    zone: Mapped[str] = text("zone", primary_key=True)
+    iteration: Mapped[int] = whole("iteration", primary_key=True)
+    unknown: Mapped[str] = text("xi eta theta (fixed axes) H X_0 Y_0 Z_0", primary_key=True)
+    unit: Mapped[str] = text("rad | model/m | m")
+    approximation: Mapped[float] = real("value before the iteration")
+    correction: Mapped[float] = real("what the iteration added")
+
+
+class AbsoluteResidual(Base):
+    """Residuals of control and check points: v = computed (from the observed model point) minus given, T' or local."""
+
+    __tablename__ = "absolute_residual"
+    __table_args__ = (one_of("role", "control", "check"), one_of("known", "XYZ", "plan", "height"))
+    run_id: Mapped[int] = run_id()
+    zone: Mapped[str] = text("zone", primary_key=True)
+    point: Mapped[str] = text("point", primary_key=True)
+    role: Mapped[str] = text("control | check")
+    known: Mapped[str] = text("XYZ | plan | height: the given coordinates; the others are NULL")
+    vX_m: Mapped[float | None] = real("computed minus given X")
+    vY_m: Mapped[float | None] = real("computed minus given Y")
+    vZ_m: Mapped[float | None] = real("computed minus given Z; of a height-only point along its own vertical")
+    v_ground_X_m: Mapped[float | None] = real("adjusted minus given ground coordinate; NULL for check")
+    v_ground_Y_m: Mapped[float | None] = real("adjusted minus given")
+    v_ground_Z_m: Mapped[float | None] = real("adjusted minus given")
+    v_model_x: Mapped[float | None] = real("adjusted minus observed model x, model units; NULL for a check point")
+    v_model_y: Mapped[float | None] = real("adjusted minus observed model y")
+    v_model_z: Mapped[float | None] = real("adjusted minus observed model z")
+    redundancy_X: Mapped[float | None] = real("redundancy number of the X equation; NULL for a check point")
+    redundancy_Y: Mapped[float | None] = real("redundancy number of the Y equation")
+    redundancy_Z: Mapped[float | None] = real("redundancy number of the Z (height) equation")
+
+
+class AbsoluteAlternative(Base):
+    """Other orientations in which the adjustment of a zone converged (two full points and a height have two)."""
+
+    __tablename__ = "absolute_alternative"
+    run_id: Mapped[int] = run_id()
+    zone: Mapped[str] = text("zone", primary_key=True)
+    number: Mapped[int] = whole("1, 2, ... by growing vPv", primary_key=True)
+    X_0_m: Mapped[float] = real("ground position of the model's origin")
+    Y_0_m: Mapped[float] = real("ground position of the model's origin")
+    Z_0_m: Mapped[float] = real("ground position of the model's origin")
+    H: Mapped[float] = real("homothety coefficient")
+    q_w: Mapped[float] = real("unit quaternion model -> right-handed ground")
+    q_x: Mapped[float] = real("unit quaternion")
+    q_y: Mapped[float] = real("unit quaternion")
+    q_z: Mapped[float] = real("unit quaternion")
+    tilt_deg: Mapped[float] = real("angle between the model's Z axis and up")
+    vPv: Mapped[float] = real("sum of weighted squared residuals")
+    is_as_good: Mapped[int] = whole("1 if it fits as well as the one that was taken")
+
+
+class AbsoluteSmallAngle(Base):
+    """The small-angle elements (seed 002, (111)) beside the rigorous ones (on request)."""
+
+    __tablename__ = "absolute_small_angle"
+    run_id: Mapped[int] = run_id()
+    zone: Mapped[str] = text("zone", primary_key=True)
+    unknown: Mapped[str] = text("X_0 Y_0 Z_0 t xi eta theta (tilts)", primary_key=True)
+    unit: Mapped[str] = text("m | m/model | deg")
+    value: Mapped[float] = real("by the small-angle formulas")
+    rigorous: Mapped[float] = real("by the adjustment")
+    difference: Mapped[float] = real("value minus rigorous")
+
+
+class ModelGroundPoint(Base):
+    """All model points on the ground, with the covariance of the elements and of their own model coordinates."""
+
+    __tablename__ = "model_ground_point"
+    __table_args__ = (one_of("role", "control", "check", "free"), Index(None, "run_id", "point"))
+    run_id: Mapped[int] = run_id()
+    zone: Mapped[str] = text("zone", primary_key=True)
+    point: Mapped[str] = text("point", primary_key=True)
+    role: Mapped[str] = text("control | check | free: without given ground coordinates")
+    X_m: Mapped[float] = real("T': grid north (local: X)")
+    Y_m: Mapped[float] = real("T': grid east (local: Y)")
+    Z_m: Mapped[float] = real("T': up (local: Z)")
+    B_deg: Mapped[float | None] = real("latitude; NULL for a local frame")
+    L_deg: Mapped[float | None] = real("longitude")
+    H_m: Mapped[float | None] = real("ellipsoidal height")
+    cov_XX_m2: Mapped[float | None] = real("covariance in T'; NULL when sigma0 is unknown")
+    cov_XY_m2: Mapped[float | None] = real("covariance in T'")
+    cov_XZ_m2: Mapped[float | None] = real("covariance in T'")
+    cov_YY_m2: Mapped[float | None] = real("covariance in T'")
+    cov_YZ_m2: Mapped[float | None] = real("covariance in T'")
+    cov_ZZ_m2: Mapped[float | None] = real("covariance in T'")
 
 
 def _make_strict_and_finite() -> None:

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from orient.cli.options import Again, ProjectPath, Reason
+from orient.units import NUMBER
 from orient.values import Settings
 
 CONTROL = ("auto", "fixed", "weighted")
@@ -19,11 +20,12 @@ RADIUS = ("exact", "polynomial")
 
 
 def register(app: typer.Typer) -> None:
-    for command in (run, refine, digitize, bl, topocentric, resection, covariance):
+    for command in (run, refine, digitize, bl, topocentric, resection, covariance, absolute):
         app.command()(command)
 
 
 LARGEST_TOLERANCE = 1e-4
+SMALLEST_SIGMA, LARGEST_SIGMA = 1e-12, 1e8
 
 Reject = Annotated[
     bool | None, typer.Option("--reject/--keep", help="Leave flagged readings or crosses out; each is recorded.")
@@ -58,6 +60,44 @@ def _degree(value: str) -> int | None:
     return int(value)
 
 
+def _sigma(value: str) -> float | None:
+    """`none` takes the model as errorless again, also where an earlier version was told a sigma."""
+    if value == "none":
+        return None
+    sigma = float(value) if NUMBER.fullmatch(value) else math.nan
+    if not (SMALLEST_SIGMA <= sigma <= LARGEST_SIGMA):
+        raise typer.BadParameter(f"{value!r} is not none or a number between {SMALLEST_SIGMA} and {LARGEST_SIGMA:g}.")
+    return sigma
+
+
+Control = Annotated[
+    str | None,
+    typer.Option(
+        "--control",
+        metavar="|".join(CONTROL),
+        callback=_one_of(CONTROL),
+        help="Errors of the control: as given, none, all.",
+    ),
+]
+Variance = Annotated[
+    str | None,
+    typer.Option(
+        "--variance",
+        metavar="|".join(VARIANCE),
+        callback=_one_of(VARIANCE),
+        help="Which sigma0 scales the covariances.",
+    ),
+]
+EngineName = Annotated[
+    str | None,
+    typer.Option(
+        "--engine",
+        metavar="|".join(ENGINE),
+        callback=_one_of(ENGINE),
+        help="Algorithm Z polished by QR, or QR alone.",
+    ),
+]
+MaxIterations = Annotated[int | None, typer.Option("--max-iterations", min=1, max=1000)]
 Tolerance = Annotated[
     float | None,
     typer.Option("--tolerance", callback=_small, help="Largest scaled step that counts as converged."),
@@ -135,15 +175,7 @@ def resection(
     project: ProjectPath,
     message: Reason = "resection",
     again: Again = False,
-    control: Annotated[
-        str | None,
-        typer.Option(
-            "--control",
-            metavar="|".join(CONTROL),
-            callback=_one_of(CONTROL),
-            help="Errors of the control: as given, none, all.",
-        ),
-    ] = None,
+    control: Control = None,
     correlation: Annotated[
         str | None,
         typer.Option(
@@ -153,25 +185,9 @@ def resection(
             help="Errors of a map sheet: common to its points, or each point apart.",
         ),
     ] = None,
-    variance: Annotated[
-        str | None,
-        typer.Option(
-            "--variance",
-            metavar="|".join(VARIANCE),
-            callback=_one_of(VARIANCE),
-            help="Which sigma0 scales the covariances.",
-        ),
-    ] = None,
-    engine: Annotated[
-        str | None,
-        typer.Option(
-            "--engine",
-            metavar="|".join(ENGINE),
-            callback=_one_of(ENGINE),
-            help="Algorithm Z polished by QR, or QR alone.",
-        ),
-    ] = None,
-    max_iterations: Annotated[int | None, typer.Option("--max-iterations", min=1, max=1000)] = None,
+    variance: Variance = None,
+    engine: EngineName = None,
+    max_iterations: MaxIterations = None,
     tolerance: Tolerance = None,
 ) -> None:
     """Exterior orientation of the photo; no approximate values are needed."""
@@ -194,6 +210,46 @@ def covariance(
 ) -> None:
     """Covariance of the ground points, K = C Q C', and error ellipses."""
     _stage(project, "covariance", _given(pairs=pairs), message, again)
+
+
+def absolute(
+    project: ProjectPath,
+    message: Reason = "absolute",
+    again: Again = False,
+    control: Control = None,
+    sigma_model: Annotated[
+        str | None,
+        typer.Option(
+            "--sigma-model",
+            metavar="NUMBER|none",
+            help="Standard deviation of a model coordinate, in model units, where model.csv gives none.",
+        ),
+    ] = None,
+    upside_down: Annotated[
+        bool | None,
+        typer.Option("--upside-down/--upright", help="The model's Z axis may point down on the ground."),
+    ] = None,
+    small_angles: Annotated[
+        bool | None,
+        typer.Option("--small-angles/--no-small-angles", help="Also the small-angle formulas, beside the rigorous."),
+    ] = None,
+    variance: Variance = None,
+    engine: EngineName = None,
+    max_iterations: MaxIterations = None,
+    tolerance: Tolerance = None,
+) -> None:
+    """Absolute orientation of a model, zone by zone; all its points on the ground."""
+    given = _given(
+        control=control,
+        upside_down=upside_down,
+        small_angles=small_angles,
+        variance=variance,
+        engine=engine,
+        max_iterations=max_iterations,
+        tolerance=tolerance,
+    )
+    asked = {} if sigma_model is None else {"sigma_model": _sigma(sigma_model)}
+    _stage(project, "absolute", {**given, **asked}, message, again)
 
 
 def _given(**options: str | int | float | bool | None) -> Settings:

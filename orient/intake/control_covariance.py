@@ -1,5 +1,7 @@
 """Covariance of a control point from its standard deviations or from its six covariances."""
 
+from collections.abc import Sequence
+
 from orient.intake.cells import CellReader
 from orient.values import Scalar
 
@@ -46,7 +48,8 @@ def _from_covariances(cells: CellReader, known: Known) -> dict[str, Scalar]:
         covariance[column] = cells.number(column, LARGEST_VARIANCE)
         _check_presence(cells, column, all(_is_known(axis, known) for axis in column[4:6]))
     if cells.ok:
-        _check_positive_definite(cells, covariance, known)
+        axes = [axis for axis in AXES if _is_known(axis, known)]
+        check_positive_definite(cells, [[covariance[f"cov_{min(i, j)}{max(i, j)}_m2"] for j in axes] for i in axes])
     return covariance
 
 
@@ -61,11 +64,10 @@ def _check_presence(cells: CellReader, column: str, is_known: bool) -> None:
         cells.problem(f'column "{column}": given for a coordinate that is missing')
 
 
-def _check_positive_definite(cells: CellReader, covariance: dict[str, Scalar], known: Known) -> None:
+def check_positive_definite(cells: CellReader, covariance: Sequence[Sequence[Scalar]]) -> None:
+    """A problem of the line if the covariance matrix has an eigenvalue that is not above zero."""
     import numpy as np
 
-    axes = [axis for axis in AXES if _is_known(axis, known)]
-    entries = [[covariance[f"cov_{min(i, j)}{max(i, j)}_m2"] for j in axes] for i in axes]
-    eigenvalues = np.linalg.eigvalsh(np.array(entries, dtype=np.float64))
+    eigenvalues = np.linalg.eigvalsh(np.array(covariance, dtype=np.float64))
     if eigenvalues[0] <= SMALLEST_EIGENVALUE_RATIO * abs(eigenvalues[-1]):
         cells.problem(f"covariance matrix is not valid (eigenvalue {eigenvalues[0]:.1g})")

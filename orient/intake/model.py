@@ -2,14 +2,17 @@
 
 from orient.intake.cells import CellReader
 from orient.intake.checks import Places, check_apart
+from orient.intake.control_covariance import LARGEST_VARIANCE, check_positive_definite
 from orient.intake.csv_table import CsvTable, Layout, open_csv
 from orient.intake.findings import Findings, shown
 from orient.intake.names import NameRegister
 from orient.intake.options import ReadOptions
 from orient.intake.readings import Files
-from orient.values import InputTables, Row
+from orient.values import InputTables, Row, Scalar
 
-LAYOUT = Layout(required=("zone", "point", "x", "y", "z"))
+COVARIANCES = ("cov_xx", "cov_xy", "cov_xz", "cov_yy", "cov_yz", "cov_zz")
+LAYOUT = Layout(required=("zone", "point", "x", "y", "z"), optional=COVARIANCES)
+NO_ERROR = "Leave all of them empty for a point without covariances"
 
 
 def read_model(files: Files, options: ReadOptions, findings: Findings) -> InputTables:
@@ -35,8 +38,22 @@ def _rows(table: CsvTable, options: ReadOptions, places: Places, findings: Findi
             "zone": cells.name("zone", zones),
             "point": cells.name("point", points),
             **{axis: cells.number(axis, required=True) for axis in "xyz"},
+            **_covariance(cells),
         }
         called = f'point "{shown(str(row["point"]))}" of zone "{shown(str(row["zone"]))}"'
         if cells.ok and places.is_new(cells, (row["zone"], row["point"]), called):
             rows.append(row)
     return rows
+
+
+def _covariance(cells: CellReader) -> dict[str, Scalar]:
+    """The six columns cov_*, in model units squared; all None for a point of which nothing is said."""
+    if not any(cells.has(column) for column in COVARIANCES):
+        return dict.fromkeys(COVARIANCES)
+    for column in COVARIANCES:
+        if not cells.has(column):
+            cells.problem(f'column "{column}": value is missing', NO_ERROR)
+    covariance: dict[str, Scalar] = {column: cells.number(column, LARGEST_VARIANCE) for column in COVARIANCES}
+    if cells.ok:
+        check_positive_definite(cells, [[covariance[f"cov_{min(i, j)}{max(i, j)}"] for j in "xyz"] for i in "xyz"])
+    return covariance

@@ -5,12 +5,13 @@ ground equation weighs the same and sigma0 comes out in metres, as in the papers
 both sides are the weights and sigma0 is a number that should be near 1.
 """
 
-import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from orient.errors import GeometryError
+from orient.pipeline.absolute_findings import absolute_findings, failure, small_angle_finding
 from orient.pipeline.absolute_rows import result_tables, small_angle_rows, trace_tables
 from orient.pipeline.absolute_zone import Errors, Zone, control_errors, zones_of
 from orient.pipeline.frames import Frame, frame_of
@@ -19,15 +20,27 @@ from orient.pipeline.tables import Array, columns, names, single
 from orient.solvers.absolute_orientation import orient_model
 from orient.solvers.absolute_result import AbsoluteOrientation
 from orient.solvers.absolute_small_angles import orient_by_small_angles
-from orient.units import DEGREES_PER_RADIAN
+from orient.solvers.engines import Engine
 from orient.values import Event, Outcome, Row, Settings, Tables
 
 HEIGHT_TOLERANCE_M = 1e-3
 MAX_HEIGHT_ROUNDS = 10
-STRONG_CORRELATION = 0.95
 NAMED = 10
-SOLVER_NAME = re.compile(r"\b(r_[XYZ]|[XYZ]_0)\b")
+TOLD_ZONES = 3
+LARGEST_STORED = 1e15
+"""What a project file takes for a number (`models.REAL_LIMIT`)."""
+TOO_LARGE = "Take units in which model and ground lie less far apart, and sigmas that are not larger than the model."
 Rows = dict[str, list[Row]]
+
+
+@dataclass(frozen=True, slots=True)
+class _Oriented:
+    """What came of one zone: rows (iterations only after a failure), remarks, and a line or the reason and remedy."""
+
+    tables: Mapping[str, Sequence[Row]]
+    events: Sequence[Event] = ()
+    summary: str = ""
+    failed: tuple[str, str] | None = None
 
 
 def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
@@ -35,36 +48,51 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     ground = ground_of(single(inputs["photo"], "photo"))
     frame = frame_of(single(inputs["topocentric"], "topocentric_frame"), ground)
     zones = zones_of(inputs["model"], inputs["topocentric"], frame, settings)
+    oriented = [_oriented(zone, frame, settings) for zone in zones]
     tables: Rows = {}
-    events = _unused(inputs["topocentric"], zones)
-    summaries: list[str] = []
-    failures: list[tuple[str, str]] = []
-    for zone in zones:
-        try:
-            errors = control_errors(zone, settings)
-            found, control = _solve(zone, errors, frame, settings)
-        except GeometryError as error:
-            failures.append((f"zone {zone.name}: {error.message}", error.hint))
-            continue
-        events += _findings(zone, found, frame)
-        _add(tables, trace_tables(zone, found, frame))
-        if not found.is_result:
-            failures.append((f"zone {zone.name}: {_failure(found, frame)}", _hint(found)))
-            continue
-        use_posteriori = settings["variance"] == "posteriori" and found.redundancy > 0
-        _add(tables, result_tables(zone, control, found, frame, errors, use_posteriori))
-        if settings["small_angles"]:
-            events.append(_small_angles(zone, control, found, errors, frame, tables))
-        summaries.append(_summary(zone, found, errors))
+    for one in oriented:
+        _add(tables, one.tables)
+    events = [*_unused(inputs["topocentric"], zones), *(event for one in oriented for event in one.events)]
+    failures = [one.failed for one in oriented if one.failed is not None]
     if failures:
         return Outcome(_traces_only(tables), events, error="; ".join(text for text, _ in failures), hint=failures[0][1])
     events += _disagreements(tables.get("model_ground_point", []))
-    return Outcome(tables, events, "; ".join(summaries))
+    return Outcome(tables, events, _together([one.summary for one in oriented]))
+
+
+def _oriented(zone: Zone, frame: Frame, settings: Settings) -> _Oriented:
+    """One zone from its points to its rows."""
+    try:
+        errors = control_errors(zone, settings)
+        found, control = _solve(zone, errors, frame, settings)
+    except GeometryError as error:
+        return _Oriented({}, failed=(f"zone {zone.name}: {error.message}", error.hint))
+    tables: Rows = {}
+    _add(tables, trace_tables(zone, found, frame))
+    events = absolute_findings(control, found, frame, errors)
+    if (failed := failure(control, found, frame)) is not None:
+        return _Oriented(tables, events, failed=failed)
+    use_posteriori = settings["variance"] == "posteriori" and found.redundancy > 0
+    _add(tables, result_tables(zone, control, found, frame, errors, use_posteriori))
+    if settings["small_angles"]:
+        rows, event = _small_angles(control, found, errors, frame, Engine(str(settings["engine"])))
+        _add(tables, {"absolute_small_angle": rows})
+        events.append(event)
+    if (largest := _largest(tables)) > LARGEST_STORED:
+        return _Oriented(
+            {}, events, failed=(f"zone {zone.name}: numbers up to {largest:.1g} cannot be kept", TOO_LARGE)
+        )
+    return _Oriented(tables, events, _summary(zone, found, errors))
 
 
 def _add(tables: Rows, more: Mapping[str, Sequence[Row]]) -> None:
     for table, rows in more.items():
         tables.setdefault(table, []).extend(rows)
+
+
+def _largest(tables: Mapping[str, Sequence[Row]]) -> float:
+    numbers = (value for rows in tables.values() for row in rows for value in row.values())
+    return max((abs(value) for value in numbers if isinstance(value, float)), default=0.0)
 
 
 def _traces_only(tables: Rows) -> Rows:
@@ -83,6 +111,7 @@ def _solve(zone: Zone, errors: Errors, frame: Frame, settings: Settings) -> tupl
             model_cofactor=errors.model,
             names=zone.control_points,
             allow_upside_down=bool(settings["upside_down"]),
+            engine=Engine(str(settings["engine"])),
             tolerance=float(settings["tolerance"] or 0.0),
             max_iterations=int(settings["max_iterations"] or 0),
         )
@@ -96,23 +125,23 @@ def _solve(zone: Zone, errors: Errors, frame: Frame, settings: Settings) -> tupl
 
 
 def _small_angles(
-    zone: Zone, control: Zone, found: AbsoluteOrientation, errors: Errors, frame: Frame, tables: Rows
-) -> Event:
-    """(111) beside the rigorous elements: rows, and how far it is off."""
-    small = orient_by_small_angles(
-        found,
-        control.control_model,
-        frame.right_handed(control.control_ground),
-        known=frame.right_handed_matrix(control.control_known),
-        ground_cofactor=frame.right_handed_matrix(errors.ground),
-        model_cofactor=errors.model,
-    )
-    _add(tables, {"absolute_small_angle": small_angle_rows(zone, small, frame)})
-    message = (
-        f"zone {zone.name}: the small-angle formulas are off by {small.largest_gap_m:.3g} m at a control point "
-        f"(second-order terms {small.second_order:.2g} of the model's size)"
-    )
-    return Event("info", "small_angles", zone.name, message, small.largest_gap_m)
+    control: Zone, found: AbsoluteOrientation, errors: Errors, frame: Frame, engine: Engine
+) -> tuple[Sequence[Row], Event]:
+    """(111) beside the rigorous elements: rows, and how far it is off; it can be undetermined where they are not."""
+    try:
+        small = orient_by_small_angles(
+            found,
+            control.control_model,
+            frame.right_handed(control.control_ground),
+            known=frame.right_handed_matrix(control.control_known),
+            ground_cofactor=frame.right_handed_matrix(errors.ground),
+            model_cofactor=errors.model,
+            engine=engine,
+        )
+    except GeometryError as error:
+        message = f"zone {control.name}: {error.message}"
+        return (), Event("warning", "small_angles", control.name, message)
+    return small_angle_rows(control, small, frame), small_angle_finding(control, small)
 
 
 def _unused(topocentric: Tables, zones: Sequence[Zone]) -> list[Event]:
@@ -124,71 +153,6 @@ def _unused(topocentric: Tables, zones: Sequence[Zone]) -> list[Event]:
     listed = ", ".join(alone[:NAMED]) + (f" and {len(alone) - NAMED} more" if len(alone) > NAMED else "")
     message = f"{len(alone)} points have ground coordinates but are not in the model, not used: {listed}"
     return [Event("warning", "not_in_model", listed, message, float(len(alone)))]
-
-
-def _findings(zone: Zone, found: AbsoluteOrientation, frame: Frame) -> list[Event]:
-    """What a reader must know before the numbers."""
-    events = []
-    if found.undetermined:
-        word = "hardly" if found.is_result else "not"
-        why = f"; {found.cause}" if found.cause else ""
-        message = f"zone {zone.name}: {word} determined: {_in_stored_names(found.undetermined, frame)}{why}"
-        severity, code = ("warning", "weak_geometry") if found.is_result else ("error", "singular")
-        events.append(Event(severity, code, zone.name, message, found.condition_ratio))  # type: ignore[arg-type]
-    if found.is_mirrored:
-        events.append(Event("error", "mirrored", zone.name, f"zone {zone.name}: {found.message}", found.vPv_mirrored))
-    return events + (_of_a_result(zone, found, frame) if found.is_result else [])
-
-
-def _of_a_result(zone: Zone, found: AbsoluteOrientation, frame: Frame) -> list[Event]:
-    events = []
-    head = f"zone {zone.name}:"
-    if found.is_upside_down:
-        message = f"{head} the model's Z axis points down on the ground"
-        events.append(Event("warning", "upside_down", zone.name, message, float(found.rotation[2, 2])))
-    if any(other.is_as_good for other in found.alternatives):
-        tilt = float(np.arccos(np.clip(found.alternatives[0].rotation[2, 2], -1, 1))) * DEGREES_PER_RADIAN
-        message = f"{head} a second orientation, tilted by {tilt:.1f} deg, fits as well; the smaller tilt was taken"
-        kind, code = ("warning", "ambiguous") if found.is_ambiguous else ("info", "two_solutions")
-        events.append(Event(kind, code, zone.name, message, tilt))  # type: ignore[arg-type]
-    if found.redundancy == 0:
-        message = f"{head} no redundancy: the solution cannot be checked"
-        events.append(Event("warning", "no_redundancy", zone.name, message))
-    for first, second, correlation in found.weak:
-        if abs(correlation) > STRONG_CORRELATION:
-            subject = _in_stored_names(f"{first} and {second}", frame)
-            message = f"{head} {subject} are correlated by {correlation:+.4f}"
-            events.append(Event("info", "correlation", zone.name, message, correlation))
-    return events
-
-
-def _in_stored_names(text: str, frame: Frame) -> str:
-    """The solver's unknowns (X east, Y north) in the words of the stored frame."""
-    if frame.origin is None:
-        words = {"r_X": "the rotation about X", "r_Y": "the rotation about Y", "r_Z": "the rotation about Z"}
-    else:
-        words = {"r_X": "the tilt about grid east", "r_Y": "the tilt about grid north", "r_Z": "the turn about up"}
-    if frame.partner[0, 1]:
-        words |= {"X_0": "Y_0", "Y_0": "X_0"}
-    return SOLVER_NAME.sub(lambda match: words.get(match.group(), match.group()), text)
-
-
-def _failure(found: AbsoluteOrientation, frame: Frame) -> str:
-    code = "MIRRORED" if found.is_mirrored else found.termination.value
-    return f"{code}: {_in_stored_names(found.message, frame)}"
-
-
-def _hint(found: AbsoluteOrientation) -> str:
-    if found.is_mirrored:
-        return (
-            "Check the order of X and Y and the handedness in photo.toml; the model must be right-handed. "
-            "If its Z axis does point down, use --upside-down."
-        )
-    if found.termination == "SINGULAR":
-        return (
-            "Add control off the line or plane of the rest: three heights that are not on one line, two plan positions."
-        )
-    return "Look at the iterations: orient sql PROJECT absolute-iterations"
 
 
 def _disagreements(rows: Sequence[Row]) -> list[Event]:
@@ -206,6 +170,11 @@ def _disagreements(rows: Sequence[Row]) -> list[Event]:
 
 def _spread(places: Array) -> float:
     return float(np.max(np.linalg.norm(places[:, None] - places[None], axis=2)))
+
+
+def _together(summaries: Sequence[str]) -> str:
+    told = "; ".join(summaries[:TOLD_ZONES])
+    return told + (f"; and {len(summaries) - TOLD_ZONES} more zones" if len(summaries) > TOLD_ZONES else "")
 
 
 def _summary(zone: Zone, found: AbsoluteOrientation, errors: Errors) -> str:

@@ -19,6 +19,7 @@ class Stage:
     """One computed stage. `version` rises when the computation changes in a way that can change a number.
 
     Settings of the current version hold for the next one too, but for `not_kept`: a consent is given once.
+    `wanted_with` is the list that a user adds because of this stage: without it nothing is missing.
     """
 
     name: str
@@ -29,6 +30,7 @@ class Stage:
     needs_one_of: tuple[str, ...] = ()
     settings: Mapping[str, str | int | float | bool | None] = field(default_factory=dict)
     not_kept: tuple[str, ...] = ()
+    wanted_with: str = ""
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -100,15 +102,35 @@ STAGES = (
         required=("photo", "refine", "topocentric", "resection"),
         settings={"pairs": False},
     ),
+    Stage(
+        "absolute",
+        1,
+        "absolute orientation of a model, by zone",
+        required=("photo", "model", "topocentric"),
+        settings={
+            "engine": "zlatanov",
+            "control": "auto",
+            "variance": "posteriori",
+            "sigma_model": None,
+            "upside_down": False,
+            "small_angles": False,
+            "max_iterations": 50,
+            "tolerance": 1e-10,
+        },
+        wanted_with="model",
+    ),
 )
 BY_NAME = {stage.name: stage for stage in STAGES}
 ALL_STAGES = INPUT_STAGES + tuple(BY_NAME)
 
 
-FINAL_STAGES = ("resection",)
+FINAL_STAGES = ("resection", "absolute")
 """Stages whose result is the orientation itself."""
 
 
-def is_optional(name: str) -> bool:
-    """A stage that others can do without: when its inputs are missing, nothing is wrong."""
-    return any(name in stage.optional for stage in STAGES)
+def is_optional(name: str, waits_for: str) -> bool:
+    """Others can do without this stage, or nobody has asked for it: nothing is wrong when its inputs are missing."""
+    wanted_with = BY_NAME[name].wanted_with
+    return any(name in stage.optional for stage in STAGES) or (
+        wanted_with != "" and wanted_with in waits_for.split(", ")
+    )

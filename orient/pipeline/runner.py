@@ -114,7 +114,9 @@ def _next_result(
     without_result = failed | {result.stage for result in before if result.waits_for}
     # what failed now may have an older head: nobody may go on with that, even if the input is optional
     stops = [name for name in stage.inputs if name in failed or (name in without_result and name in stage.required)]
-    missing = ", ".join(stops) or stage.missing(set(project.heads()) - without_result)
+    heads = project.heads()
+    unasked = [stage.wanted_with] if stage.wanted_with and stage.wanted_with not in heads else []
+    missing = ", ".join([*unasked, *stops]) or stage.missing(set(heads) - without_result)
     if missing:
         return Result(stage.name, None, computed=False, waits_for=missing)
     begin(stage)

@@ -70,8 +70,11 @@ def _radius_event(points: Sequence[Row], difference: Array) -> Event:
 
 def _pass_through(points: Sequence[Row], ground: Ground) -> Outcome:
     xyz = columns(points, "X_m", "Y_m", "Z_m")
-    known = [_known(*row) for row in np.isfinite(xyz)]
-    place = np.where(np.isnan(xyz), np.nanmean(xyz, axis=0), xyz)
+    is_given = np.isfinite(xyz)
+    known = [_known(*row) for row in is_given]
+    # an assumed coordinate where none is given: the mean of the given ones, 0 when there are none
+    assumed = np.sum(xyz, axis=0, where=is_given) / np.maximum(is_given.sum(axis=0), 1)
+    place = np.where(is_given, xyz, assumed)
     up = np.tile([0.0, 0.0, 1.0], (len(points), 1))
     rows = _rows(points, known, place, place, up, covariances(points))
     empty = ("B_N_deg", "L_N_deg", "H_N_m", "gamma_deg", "central_meridian_deg", "a_m", "e2")

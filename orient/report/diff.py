@@ -9,7 +9,16 @@ from orient.store.project import Project, RunInfo, open_project
 from orient.values import Row, Scalar
 
 SHOWN = 60
-BULKY = ("cofactor", "sheet_cofactor", "iteration", "iteration_parameter", "equation")
+BULKY = (
+    "cofactor",
+    "sheet_cofactor",
+    "iteration",
+    "iteration_parameter",
+    "equation",
+    "absolute_cofactor",
+    "absolute_iteration",
+    "absolute_iteration_parameter",
+)
 Difference = dict[str, Scalar]
 
 

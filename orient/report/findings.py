@@ -14,6 +14,7 @@ SHOWN, SHOWN_OF_A_KIND = 12, 3
 
 REMEDIES = {
     "ambiguous": "Give an approximate station in photo.toml, or measure one more control point.",
+    "ambiguous_model": "Give one more height in the model, off the line of the full control points.",
     "bad_cross": "Look at this cross: read it again, correct its coordinates, or mark it as a check.",
     "bad_mark": "Read this fiducial mark again, or compare it with the camera's certificate.",
     "ballpark": "Install the datum's grid, or accept the stated loss of accuracy.",
@@ -28,6 +29,7 @@ REMEDIES = {
     "not_in_model": "Measure these points in the model, or read past this if they are not meant to be there.",
     "not_measured": "Measure these points on the photo, or read past this if they are not visible.",
     "odd_point": "Look at this point first: wrong coordinates, a wrong identification, or a swapped name.",
+    "poor_fit": "Look at the named point first, then at the units of control and model.",
     "singular": "Add control off the line or plane of the others.",
     "upside_down": "Check the axes of the model; --upside-down if the model really hangs.",
     "weak_geometry": "Add control where the named combination of unknowns can be seen.",

@@ -51,6 +51,30 @@ QUESTIONS = (
     Question("fiducials", "Residuals at the fiducial marks?", _current("v_fiducial_residual")),
     Question("crosses", "Residuals of the map's crosses?", _current("v_cross_residual")),
     Question("control", "The points on the ground and where they come from?", _current("v_control")),
+    Question("absolute", "The orientation of each zone of the model?", _current("v_absolute_orientation")),
+    Question(
+        "absolute-elements",
+        "The seven elements of each zone, in every paper's form?",
+        "SELECT zone, view, element, value, sigma, unit FROM v_absolute_element WHERE is_current",
+    ),
+    Question(
+        "absolute-iterations",
+        "Approximation and correction of each element of each zone?",
+        "SELECT zone, iteration, unknown, unit, approximation, correction, adjusted FROM v_absolute_iteration "
+        "WHERE is_current",
+    ),
+    Question(
+        "absolute-residuals",
+        "Residuals of the control of each zone, the largest first?",
+        "SELECT zone, point, role, known, vX_m, vY_m, vZ_m, v_m FROM v_absolute_residual WHERE is_current "
+        "ORDER BY v_m DESC",
+    ),
+    Question(
+        "model-points",
+        "Where are the points of the model on the ground, and how sure?",
+        "SELECT zone, point, role, X_m, Y_m, Z_m, sigma_X_m, sigma_Y_m, sigma_Z_m FROM v_model_ground_point "
+        "WHERE is_current",
+    ),
     Question("current", "Which version of each stage is current?", "SELECT * FROM v_current"),
     Question("stale", "What is stale, and why?", "SELECT * FROM v_stale WHERE is_stale"),
     Question("audit", "Who did what, when and why?", "SELECT * FROM v_audit"),

@@ -95,7 +95,7 @@ class Progress:
         self._task = self._bar.add_task(f"{stage.name}: {stage.title}")
 
     def end(self, result: "Result") -> None:
-        if result.waits_for and is_optional(result.stage):
+        if result.waits_for and is_optional(result.stage, result.waits_for):
             return
         self._out.print(line(result))
         if result.computed:

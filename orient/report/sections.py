@@ -35,7 +35,7 @@ SECTIONS: Mapping[str, tuple[Section, ...]] = {
             "point role kind B_deg.6 L_deg.6 E_m.3 N_m.3 H_m.2 X_m.3 Y_m.3 Z_m.3",
         ),
     ),
-    "model": (_section("Model points", "model_point", "zone point x.6 y.6 z.6"),),
+    "model": (_section("Model points", "model_point", "zone point x.6 y.6 z.6 cov_xx cov_yy cov_zz"),),
     "refine": (
         _section("Interior orientation", "interior_orientation", "transformation n_marks redundancy sigma0_mm.5"),
         _section("Fiducial marks: transformed minus calibrated", "fiducial_residual", "mark vx_mm.4 vy_mm.4"),

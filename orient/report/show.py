@@ -7,6 +7,7 @@ from pathlib import Path
 
 from orient.errors import UsageError
 from orient.pipeline.registry import ALL_STAGES, BY_NAME
+from orient.report.absolute import absolute_lines, absolute_tables, absolute_zones
 from orient.report.findings import findings, print_findings
 from orient.report.orientation import iteration_table, orientation_lines, orientation_tables
 from orient.report.sections import SECTIONS, Section
@@ -34,6 +35,8 @@ def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bo
     print_findings(findings(run.stage, events))
     if stage == "resection":
         _print_resection(tables)
+    if stage == "absolute":
+        _print_absolute(tables)
     for section in SECTIONS.get(stage, ()):
         _print_section(section, tables.get(section.source, ()))
     if stage == "photo":
@@ -70,6 +73,17 @@ def _print_resection(tables: Tables) -> None:
     for title, headers, rows in orientation_tables(tables, SHOWN_ROWS):
         out.print(f"\n{title}")
         print_table(headers, rows, [i > 0 for i in range(len(headers))])
+
+
+def _print_absolute(tables: Tables) -> None:
+    """Zone after zone; a failure has iterations only."""
+    out = console()
+    for zone in absolute_zones(tables):
+        for text in absolute_lines(zone, tables):
+            out.print(text, soft_wrap=True)
+        for title, headers, rows in absolute_tables(zone, tables, SHOWN_ROWS):
+            out.print(f"\n{title}")
+            print_table(headers, rows, [i > 0 for i in range(len(headers))])
 
 
 def _print_iterations(tables: Tables) -> None:

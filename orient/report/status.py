@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 STATUS = "SELECT stage, version, is_stale, why FROM v_stale"
 CURRENT = "SELECT stage, version, status, selected_at, actor, summary FROM v_current"
 LOG = "SELECT at, actor, action, stage, version, status, reason, summary FROM v_audit"
+WAITS_FOR = "waits for "
 MINUTE = len("2026-01-01T00:00")
 
 
@@ -89,14 +90,14 @@ def _stage_status(
         entry.update(state="stale" if name in current else "to compute", told=why)
     elif name not in current and name in BY_NAME:
         missing = BY_NAME[name].missing(set(current))
-        entry.update(state="waiting", told=f"waits for {missing}")
+        entry.update(state="waiting", told=f"{WAITS_FOR}{missing}")
     if name in failed and entry["state"] != "current":
         entry.update(state="failed", told=failed[name])
     return entry
 
 
 def _can_be_left_out(entry: dict[str, object]) -> bool:
-    return entry["state"] == "waiting" and is_optional(str(entry["stage"]))
+    return entry["state"] == "waiting" and is_optional(str(entry["stage"]), str(entry["told"]).removeprefix(WAITS_FOR))
 
 
 def _last_failures(project: "Project") -> dict[str, str]:

@@ -10,6 +10,7 @@ from orient.geometry.rotation import aok_from_matrix
 from orient.geometry.similarity import ground_by_homothety, ground_by_small_angles, partials_small_angles
 from orient.solvers.absolute_cofactors import added, weight_of
 from orient.solvers.absolute_result import AbsoluteOrientation
+from orient.solvers.engines import Engine, triangle
 from orient.solvers.functional_iteration import SINGULAR_RATIO, condition_ratio
 
 FloatArray = NDArray[np.float64]
@@ -42,12 +43,13 @@ def orient_by_small_angles(
     known: FloatArray | None = None,
     ground_cofactor: FloatArray | None = None,
     model_cofactor: FloatArray | None = None,
+    engine: Engine = Engine.ZLATANOV,
 ) -> SmallAngleOrientation:
     """X_G - X = A (X0, dt, xi, eta, theta) + v, v'Pv -> min, t = 1 + dt: linear, one step, never iterated.
 
-    Arguments as `orient_model`, whose result `found` on the same control it is compared with. Meaningful only for a
-    model that is nearly in place and in scale: look at `second_order` and `largest_gap_m`. Singular control raises
-    GeometryError. Source: seed 002, (111).
+    Arguments as `orient_model`, whose result `found` on the same control it is compared with; `engine` reduces the
+    equations. Meaningful only for a model that is nearly in place and in scale: look at `second_order` and
+    `largest_gap_m`. Singular control raises GeometryError. Source: seed 002, (111).
     """
     K = np.broadcast_to(np.eye(3), (len(model), 3, 3)) if known is None else known
     if ground_cofactor is None:
@@ -56,15 +58,17 @@ def orient_by_small_angles(
     free_term = arms - (ground - found.ground_centre)
     rows = K @ np.concatenate([partials_small_angles(arms), free_term[:, :, None]], axis=2)
     white = weight_of(K, added(ground_cofactor, model_cofactor)).whiten(np.asarray(rows)).reshape(-1, 8)
-    R = np.asarray(np.linalg.qr(white, mode="r"))
-    if condition_ratio(R[:7, :7]) < SINGULAR_RATIO:
+    A, l = white[:, :7], white[:, 7]
+    R, rho = triangle(A, l, engine)
+    if condition_ratio(R) < SINGULAR_RATIO:
         raise GeometryError(
             "The control does not determine the elements of the small-angle formulas.", "Give more control points."
         )
-    inverse = np.linalg.inv(R[:7, :7])
+    inverse = np.linalg.inv(R)
+    centred = -inverse @ rho
     J, at_origin = _to_origin(found)
-    elements = J @ (-inverse @ R[:7, 7]) + at_origin
-    return _compared(found, model, elements, np.asarray(J @ inverse @ inverse.T @ J.T), float(R[7, 7] ** 2))
+    vPv = float(np.sum((A @ centred + l) ** 2))
+    return _compared(found, model, J @ centred + at_origin, np.asarray(J @ inverse @ inverse.T @ J.T), vPv)
 
 
 def _to_origin(found: AbsoluteOrientation) -> tuple[FloatArray, FloatArray]:

@@ -1,36 +1,81 @@
-"""For developers: write the two frozen texts of the schema anew, `python -m orient.store.schema_files` (`make schema`).
+"""For developers: write the frozen texts of the format in work anew, `python -m orient.store.schema_files`.
 
-migrations/versions/0001_initial.sql from models.py, and schema.json from a fresh file (tables, guards, views). Call it
-after a change of models.py, guards.sql or views.sql. Rewriting 0001 is right only as long as no project of format 1 has
-left this repository; from the first release on a change of the tables is a new migration.
+`make schema` does it: migrations/versions/0002_absolute.sql is what leads from the tables of 0001_initial.sql to those
+of models.py, and schema.json is a fresh file (tables, guards, views). Call it after a change of models.py, guards.sql
+or views.sql. 0001_initial.sql is never written again: files of format 1 exist. Once format 2 is released, the next
+change of the tables is migration 0003, made from the texts before it in the same way.
 """
 
+import re
+from collections.abc import Iterator
 from pathlib import Path
 
+from orient.errors import OrientError
 from orient.store.creation import migrations_folder, write_expected_schema
 
-INITIAL = Path("versions", "0001_initial.sql")
+BEFORE = (Path("versions", "0001_initial.sql"),)
+IN_WORK = Path("versions", "0002_absolute.sql")
+END = ";\n\n"
+TABLE = re.compile(r'CREATE TABLE "?(\w+)"?')
+
+Ddl = dict[str, tuple[str, list[str]]]
+"""CREATE TABLE and the CREATE INDEX of each table."""
 
 
-def initial_ddl() -> str:
-    """CREATE TABLE and CREATE INDEX of every table of models.py, in order of their dependencies."""
+def models_ddl() -> Ddl:
+    """What models.py asks for, in order of the dependencies."""
     from sqlalchemy.dialects import sqlite
     from sqlalchemy.schema import CreateIndex, CreateTable
 
     from orient.models import Base
 
     dialect = sqlite.dialect()
-    statements = []
+    made: Ddl = {}
     for table in Base.metadata.sorted_tables:
-        statements.append(CreateTable(table).compile(dialect=dialect))
         indexes = sorted(table.indexes, key=lambda index: str(index.name))
-        statements += [CreateIndex(index).compile(dialect=dialect) for index in indexes]
-    return ";\n\n".join(str(statement).strip() for statement in statements) + ";\n"
+        statements = [str(CreateIndex(index).compile(dialect=dialect)).strip() for index in indexes]
+        made[table.name] = (str(CreateTable(table).compile(dialect=dialect)).strip(), statements)
+    return made
+
+
+def migration_ddl(before: dict[str, str], after: Ddl) -> str:
+    """SQL from the tables `before` (name -> CREATE TABLE) to those `after`; a changed table is rebuilt with
+    its rows, which is right as long as no other table refers to it."""
+    if gone := sorted(before.keys() - after.keys()):
+        raise OrientError(f"tables cannot go: {', '.join(gone)}", "Rows that somebody sealed must stay readable.")
+    statements: list[str] = []
+    for name, (create, indexes) in after.items():
+        if name not in before:
+            statements += [create, *indexes]
+        elif before[name] != create:
+            statements += [*_rebuilt(name, before[name], create), *indexes]
+    return END.join(statements) + ";\n"
+
+
+def _rebuilt(name: str, old: str, new: str) -> Iterator[str]:
+    """SQLite cannot add a constraint to a table. The old name is free first, so that the stored text is the models'."""
+    columns = ", ".join(f'"{column}"' for column in _columns(old))
+    yield f"ALTER TABLE {name} RENAME TO before_{name}"
+    yield new
+    yield f"INSERT INTO {name} ({columns}) SELECT {columns} FROM before_{name}"
+    yield f"DROP TABLE before_{name}"
+
+
+def _columns(create: str) -> list[str]:
+    return re.findall(r'^\t"?(\w+)"? (?:INTEGER|REAL|TEXT)', create, re.MULTILINE)
+
+
+def frozen_tables(texts: list[str]) -> dict[str, str]:
+    """name -> CREATE TABLE as the migrations up to now left it."""
+    statements = [statement.strip() for text in texts for statement in text.split(";\n")]
+    return {match[1]: statement for statement in statements if (match := TABLE.match(statement))}
 
 
 def write_schema_files() -> None:
-    """0001_initial.sql first: a fresh file is made from it."""
-    (migrations_folder() / INITIAL).write_text(initial_ddl(), encoding="utf-8")
+    """The migration first: a fresh file is made from it."""
+    folder = migrations_folder()
+    before = frozen_tables([(folder / name).read_text(encoding="utf-8") for name in BEFORE])
+    (folder / IN_WORK).write_text(migration_ddl(before, models_ddl()), encoding="utf-8")
     write_expected_schema()
 
 

@@ -22,6 +22,17 @@ STAGE_TABLES: dict[str, tuple[str, ...]] = {
         "adjusted_coefficient",
     ),
     "covariance": ("ground_covariance", "ground_covariance_pair"),
+    "absolute": (
+        "absolute_orientation",
+        "absolute_element",
+        "absolute_cofactor",
+        "absolute_iteration",
+        "absolute_iteration_parameter",
+        "absolute_residual",
+        "absolute_alternative",
+        "absolute_small_angle",
+        "model_ground_point",
+    ),
 }
 
 LEDGER_TABLES = ("stage_run", "run_input", "run_seal", "selection", "run_event")

@@ -62,7 +62,10 @@ FROM (VALUES
     (6, 'covariance', 'photo', 1, 0),
     (6, 'covariance', 'refine', 1, 0),
     (6, 'covariance', 'topocentric', 1, 0),
-    (6, 'covariance', 'resection', 1, 0));
+    (6, 'covariance', 'resection', 1, 0),
+    (7, 'absolute', 'photo', 1, 0),
+    (7, 'absolute', 'model', 1, 0),
+    (7, 'absolute', 'topocentric', 1, 0));
 
 -- v_waiting: computed stages that have no result, and which inputs are still missing
 --   stage: computed stage without a current version
@@ -394,3 +397,111 @@ JOIN v_version AS v ON v.run_id = b.run_id
 LEFT JOIN run_input AS i ON i.run_id = b.run_id AND i.role = 'refine'
 LEFT JOIN image_point AS p ON p.run_id = i.input_run_id AND p.point = b.point
 ORDER BY b.run_id, b.point, b.axis;
+
+-- v_absolute_orientation: the absolute orientation of each zone of the model as a whole
+--   version: version of absolute
+--   is_current: 1 for the current version
+--   zone: zone of the model
+--   n_full: control points with all three coordinates
+--   n_plan: plan-only control points
+--   n_height: height-only control points
+--   redundancy: equations minus seven
+--   sigma0: standard deviation of unit weight; NULL without redundancy
+--   sigma0_unit: m with equal weights on the ground, 1 with weights from covariances
+--   H: homothety coefficient, model units per metre
+--   t: scale denominator 1/H
+--   tilt_deg: angle between the model's Z axis and up
+--   condition_ratio: smallest to largest singular value of the scaled design matrix
+--   other_solutions: other orientations in which the adjustment converged
+--   iterations: iterations
+CREATE VIEW v_absolute_orientation AS
+SELECT v.version, v.is_current, o.zone, o.n_full, o.n_plan, o.n_height, o.redundancy, o.sigma0, o.sigma0_unit,
+       o."H", o.t, 57.295779513082321 * acos(max(-1.0, min(1.0, 1.0 - 2.0 * (o.q_x * o.q_x + o.q_y * o.q_y)))) AS tilt_deg,
+       o.condition_ratio,
+       (SELECT count(*) FROM absolute_alternative AS a WHERE a.run_id = o.run_id AND a.zone = o.zone) AS other_solutions,
+       o.iterations
+FROM absolute_orientation AS o JOIN v_version AS v ON v.run_id = o.run_id
+ORDER BY o.run_id, o.zone;
+
+-- v_absolute_element: the seven elements of each zone as each paper names them, with standard deviations
+--   version: version of absolute
+--   is_current: 1 for the current version
+--   zone: zone of the model
+--   view: homothety with X0 (2') | joint with T = H X0 (4') | scale with t = 1/H (108)
+--   element: xi eta theta H X_0 Y_0 Z_0, T_X T_Y T_Z, t
+--   value: value; X_0, Y_0, T_X, T_Y in the axes of the stored frame
+--   sigma: standard deviation; NULL if it is not determined
+--   unit: deg | m | model | model/m | m/model
+--   near_blind: 1 where the angles have lost their meaning one by one
+CREATE VIEW v_absolute_element AS
+SELECT v.version, v.is_current, e.zone, e.view, e.unknown AS element, e.value, e.sigma, e.unit, e.near_blind
+FROM absolute_element AS e JOIN v_version AS v ON v.run_id = e.run_id
+ORDER BY e.run_id, e.zone, e.view,
+         CASE e.view WHEN 'scale' THEN instr('X_0 Y_0 Z_0 t xi eta theta', e.unknown)
+                     ELSE instr('xi eta theta H X_0 Y_0 Z_0 T_X T_Y T_Z', e.unknown) END;
+
+-- v_absolute_iteration: approximation and correction of each element of each zone in every iteration
+--   version: version of absolute
+--   is_current: 1 for the current version
+--   zone: zone of the model
+--   iteration: 1, 2, ...
+--   unknown: xi eta theta (fixed axes) H X_0 Y_0 Z_0
+--   approximation: value before the iteration
+--   correction: what the iteration added
+--   adjusted: value after the iteration
+--   unit: deg | model/m | m
+--   vPv: sum of weighted squared residuals at the approximations
+--   damping: damping of the step; 0 = full Gauss-Newton step
+CREATE VIEW v_absolute_iteration AS
+SELECT v.version, v.is_current, p.zone, p.iteration, p.unknown,
+       p.approximation * CASE p.unit WHEN 'rad' THEN 57.295779513082321 ELSE 1.0 END AS approximation,
+       p.correction * CASE p.unit WHEN 'rad' THEN 57.295779513082321 ELSE 1.0 END AS correction,
+       (p.approximation + p.correction) * CASE p.unit WHEN 'rad' THEN 57.295779513082321 ELSE 1.0 END AS adjusted,
+       CASE p.unit WHEN 'rad' THEN 'deg' ELSE p.unit END AS unit, i."vPv", i.damping
+FROM absolute_iteration_parameter AS p
+JOIN v_version AS v ON v.run_id = p.run_id
+LEFT JOIN absolute_iteration AS i ON i.run_id = p.run_id AND i.zone = p.zone AND i.iteration = p.iteration
+ORDER BY p.run_id, p.zone, p.iteration, instr('xi eta theta H X_0 Y_0 Z_0', p.unknown);
+
+-- v_absolute_residual: residuals of the control and check points of each zone, v = computed minus given
+--   version: version of absolute
+--   is_current: 1 for the current version
+--   zone: zone of the model
+--   point: point
+--   role: control | check
+--   known: XYZ | plan | height
+--   vX_m: computed from the observed model point minus given, grid north (local: X)
+--   vY_m: computed minus given, grid east (local: Y)
+--   vZ_m: computed minus given, up (local: Z)
+--   v_m: length of the residual
+--   redundancy_X: share of an error of X that shows in its residual
+--   redundancy_Y: share of an error of Y that shows in its residual
+--   redundancy_Z: share of an error of the height that shows in its residual
+CREATE VIEW v_absolute_residual AS
+SELECT v.version, v.is_current, r.zone, r.point, r.role, r.known, r."vX_m", r."vY_m", r."vZ_m",
+       sqrt(coalesce(r."vX_m" * r."vX_m", 0.0) + coalesce(r."vY_m" * r."vY_m", 0.0)
+            + coalesce(r."vZ_m" * r."vZ_m", 0.0)) AS v_m,
+       r."redundancy_X", r."redundancy_Y", r."redundancy_Z"
+FROM absolute_residual AS r JOIN v_version AS v ON v.run_id = r.run_id
+ORDER BY r.run_id, r.zone, r.point;
+
+-- v_model_ground_point: all points of the model on the ground, and how sure that is
+--   version: version of absolute
+--   is_current: 1 for the current version
+--   zone: zone of the model
+--   point: point
+--   role: control | check | free
+--   X_m: grid north (local: X)
+--   Y_m: grid east (local: Y)
+--   Z_m: up (local: Z)
+--   B_deg: latitude; NULL for a local frame
+--   L_deg: longitude
+--   H_m: ellipsoidal height
+--   sigma_X_m: standard deviation; NULL when sigma0 is unknown
+--   sigma_Y_m: standard deviation
+--   sigma_Z_m: standard deviation
+CREATE VIEW v_model_ground_point AS
+SELECT v.version, v.is_current, p.zone, p.point, p.role, p."X_m", p."Y_m", p."Z_m", p."B_deg", p."L_deg", p."H_m",
+       sqrt(p."cov_XX_m2") AS "sigma_X_m", sqrt(p."cov_YY_m2") AS "sigma_Y_m", sqrt(p."cov_ZZ_m2") AS "sigma_Z_m"
+FROM model_ground_point AS p JOIN v_version AS v ON v.run_id = p.run_id
+ORDER BY p.run_id, p.zone, p.point;

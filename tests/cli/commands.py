@@ -14,6 +14,7 @@ from orient.cli import main
 ROOT = Path(__file__).parents[2]
 SAMPLES = ROOT / "sample_projects"
 SPACE = SAMPLES / "simulated-space-krasovsky"
+MODEL = SAMPLES / "simulated-model-two-zones"
 AERIAL = SAMPLES / "calgary-28"
 ENTRY = "from orient.cli.main import run; run()"
 

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.commands import AERIAL, SPACE, orient
+from tests.cli.commands import AERIAL, MODEL, SPACE, orient
 
 
 def _made(folder: Path, path: Path) -> Path:
@@ -29,6 +29,19 @@ def aerial_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="session")
 def fresh_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return _made(AERIAL, tmp_path_factory.mktemp("fresh") / "photo.sqlite")
+
+
+@pytest.fixture(scope="session")
+def model_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = _made(MODEL, tmp_path_factory.mktemp("model") / "photo.sqlite")
+    assert orient("run", path).code == 0
+    return path
+
+
+@pytest.fixture
+def model(model_once: Path, tmp_path: Path) -> Path:
+    """A model in two zones, oriented; without any photo reading."""
+    return Path(shutil.copy(model_once, tmp_path / "model.sqlite"))
 
 
 @pytest.fixture

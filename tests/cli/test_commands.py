@@ -1,6 +1,7 @@
 """Every command once, on a small sample: exit code, what it says, what it stores."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -52,17 +53,27 @@ def test_run_says_each_stage(fresh: Path) -> None:
         assert {run.reason for name, run in project.heads().items() if name != "photo"} >= {"the first one"}
 
 
+OF_A_MODEL = ("model", "absolute")
+
+
+@pytest.fixture
+def project_of(space: Path, model: Path) -> Callable[[str], Path]:
+    """The project that has the stage."""
+    return lambda stage: model if stage in OF_A_MODEL else space
+
+
 @pytest.mark.parametrize("stage", [stage.name for stage in STAGES])
-def test_each_stage_is_a_command(space: Path, stage: str) -> None:
-    said = orient(stage, space)
+def test_each_stage_is_a_command(project_of: Callable[[str], Path], stage: str) -> None:
+    path = project_of(stage)
+    said = orient(stage, path)
     assert (said.code, said.err) == (0, "")
     assert "(unchanged)" in said.out
-    assert f"See: orient show {space} {stage}" in said.out
+    assert f"See: orient show {path} {stage}" in said.out
 
 
-@pytest.mark.parametrize("stage", [stage for stage in ALL_STAGES if stage != "model"])
-def test_show_of_each_stage(space: Path, stage: str) -> None:
-    said = orient("show", space, stage)
+@pytest.mark.parametrize("stage", ALL_STAGES)
+def test_show_of_each_stage(project_of: Callable[[str], Path], stage: str) -> None:
+    said = orient("show", project_of(stage), stage)
     assert (said.code, said.err) == (0, "")
     assert said.out.startswith(f"{stage} version ")
 
@@ -142,10 +153,10 @@ def test_keys_of_json_are_stable(space: Path) -> None:
     assert all(list(entry) == DIFF_KEYS for entry in found)
 
 
-@pytest.mark.parametrize("stage", [stage for stage in ALL_STAGES if stage != "model"])
-def test_json_holds_every_digit(space: Path, stage: str) -> None:
-    shown = json.loads(orient("show", space, stage, "--json").out)
-    with open_project(space) as project:
+@pytest.mark.parametrize("stage", ALL_STAGES)
+def test_json_holds_every_digit(project_of: Callable[[str], Path], stage: str) -> None:
+    shown = json.loads(orient("show", project_of(stage), stage, "--json").out)
+    with open_project(project_of(stage)) as project:
         run = project.heads()[stage]
         assert shown["tables"] == project.read_tables(run.run_id)
         assert shown["run"]["output_digest"] == run.output_digest

@@ -15,12 +15,13 @@ MAY_BE_EMPTY = {"stale"}
 
 
 @pytest.mark.parametrize("question", QUESTIONS, ids=lambda question: question.name)
-def test_each_named_question_has_an_answer(space: Path, question: object) -> None:
+def test_each_named_question_has_an_answer(space: Path, model: Path, question: object) -> None:
     name = question.name  # type: ignore[attr-defined]
-    said = orient("sql", space, name, "--json")
+    path = model if "absolute" in name or "model" in name else space
+    said = orient("sql", path, name, "--json")
     assert (said.code, said.err) == (0, "")
     assert name in MAY_BE_EMPTY or json.loads(said.out)
-    assert orient("sql", space, name).code == 0
+    assert orient("sql", path, name).code == 0
 
 
 REFUSED = {

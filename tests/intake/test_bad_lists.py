@@ -346,3 +346,33 @@ def test_a_file_wrong_in_every_line_is_not_read_to_its_end(write: Write) -> None
         read_input("readings", [path], POINT)
     assert len(caught.value.problems) == 1001
     assert str(caught.value.problems[-1]) == ("readings.csv:1002: too many problems; the rest of the file was not read")
+
+
+MODEL = "zone,point,x,y,z,cov_xx,cov_xy,cov_xz,cov_yy,cov_yz,cov_zz\n"
+MODEL_COVARIANCES = {
+    "C20 not definite": ("A,P1,1,2,3,1,0,2,1,0,1", "2: covariance matrix is not valid (eigenvalue -1)"),
+    "C20 zero": ("A,P1,1,2,3,0,0,0,0,0,0", "2: covariance matrix is not valid (eigenvalue 0)"),
+    "one missing": (
+        "A,P1,1,2,3,1,0,0,1,,1",
+        '2: column "cov_yz": value is missing. Leave all of them empty for a point without covariances',
+    ),
+    "no number": ("A,P1,1,2,3,1,0,0,one,0,1", '2: column "cov_yy": "one" is not a number'),
+    "huge": ("A,P1,1,2,3,1,0,0,1,0,1e16", '2: column "cov_zz": 1e+16 is not in -1e+15 … 1e+15'),
+}
+
+
+@pytest.mark.parametrize("case", MODEL_COVARIANCES)
+def test_covariances_of_model_points(write: Write, case: str) -> None:
+    line, message = MODEL_COVARIANCES[case]
+    said = complaint(write("model.csv", MODEL + line + "\nA,P2,4,5,6,,,,,,\n"), stage="model")
+    assert said.startswith(f"model.csv:{message}")
+    assert len(said.splitlines()) == 1
+
+
+def test_model_points_with_and_without_covariances(write: Write) -> None:
+    path = write("model.csv", MODEL + "A,P1,1,2,3,4,1,0.5,5,-1,6\nA,P2,4,5,6,,,,,,\n")
+    rows = read_input("model", [path], POINT).tables["model_point"]
+    names = MODEL.strip().split(",")[5:]
+    assert [[row[name] for name in names] for row in rows] == [[4.0, 1.0, 0.5, 5.0, -1.0, 6.0], [None] * 6]
+    plain = read_input("model", [write("plain.csv", "zone,point,x,y,z\nA,P1,1,2,3\nB,P1,4,5,6\n")], POINT)
+    assert {row["cov_zz"] for row in plain.tables["model_point"]} == {None}

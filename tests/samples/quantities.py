@@ -10,13 +10,16 @@ from orient.solvers.packed import unpack_upper
 from orient.store.project import Project
 from orient.values import Tables
 
-DEFAULT_KEY = {
-    "image_point": "point",
-    "image_residual": "point",
-    "geographic_point": "point",
-    "ground_covariance": "point",
-    "cross_residual": "cross",
-    "sheet_transform": "sheet",
+KEYS = {
+    "image_point": ("point",),
+    "image_residual": ("point",),
+    "geographic_point": ("point",),
+    "ground_covariance": ("point",),
+    "cross_residual": ("cross",),
+    "sheet_transform": ("sheet",),
+    "absolute_orientation": ("zone",),
+    "absolute_element": ("zone", "view", "unknown"),
+    "model_ground_point": ("zone", "point"),
 }
 
 
@@ -45,8 +48,8 @@ class Lookup:
             return float(self.tables[stage]["orientation"][0][words[0]])  # type: ignore[arg-type]
         table, column = words[0], words[-1]
         rows = self.tables[stage][table]
-        if len(words) == 3:
-            rows = [row for row in rows if row[DEFAULT_KEY[table]] == words[1]]
+        if keys := words[1:-1]:
+            rows = [row for row in rows if [row[name] for name in KEYS[table]] == keys]
         (row,) = rows
         return float(row[column])  # type: ignore[arg-type]
 

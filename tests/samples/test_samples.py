@@ -67,6 +67,7 @@ CASES = (
         ),
     ),
     Case("simulated-space-krasovsky"),
+    Case("simulated-model-two-zones"),
 )
 
 
@@ -106,9 +107,16 @@ def test_samples_work_from_a_copy_elsewhere(tmp_path: Path) -> None:
     assert run_stage(path, "resection", {}, "again").computed is False
 
 
-def test_simulated_sample_is_what_its_script_makes(tmp_path: Path) -> None:
-    folder = SAMPLES / "simulated-space-krasovsky"
+MADE_BY_SCRIPT = {
+    "simulated-space-krasovsky": {"readings.csv", "crosses.csv", "digitizer.csv", "control.csv", "truth.json"},
+    "simulated-model-two-zones": {"model.csv", "control.csv", "truth.json"},
+}
+
+
+@pytest.mark.parametrize("sample", MADE_BY_SCRIPT)
+def test_simulated_sample_is_what_its_script_makes(tmp_path: Path, sample: str) -> None:
+    folder = SAMPLES / sample
     subprocess.run([sys.executable, str(folder / "simulate.py"), str(tmp_path)], check=True, capture_output=True)
     made = {path.name: path.read_text("utf-8") for path in tmp_path.iterdir()}
-    assert {"readings.csv", "crosses.csv", "digitizer.csv", "control.csv", "truth.json"} <= set(made)
+    assert MADE_BY_SCRIPT[sample] == set(made)
     assert made == {name: (folder / name).read_text("utf-8") for name in made}

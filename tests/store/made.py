@@ -24,6 +24,7 @@ INPUTS: dict[str, tuple[str, ...]] = {
     "topocentric": ("photo", "bl"),
     "resection": ("photo", "refine", "topocentric", "digitize"),
     "covariance": ("photo", "refine", "topocentric", "resection"),
+    "absolute": ("photo", "model", "topocentric"),
 }
 LEFT_EMPTY = {("comparator_reading", "col_px"), ("comparator_reading", "row_px"), ("graticule_cross", "E_m")}
 EVENTS = (Event("info", "made", "p1", "made for a test", 0.1),)

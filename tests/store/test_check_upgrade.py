@@ -19,17 +19,17 @@ from orient.store.preflight import preflight
 from orient.store.project import create_project, open_project
 from orient.store.upgrade import upgrade_project
 
-SECOND = """
+THIRD = """
 from alembic import op
 
-revision = "0002"
-down_revision = "0001"
+revision = "0003"
+down_revision = "0002"
 
 
 def upgrade() -> None:
     op.execute("ALTER TABLE model_point ADD COLUMN sigma_m REAL")
-    op.execute("CREATE TABLE absolute (run_id INTEGER NOT NULL, zone TEXT NOT NULL, "
-               "CONSTRAINT pk_absolute PRIMARY KEY (run_id, zone)) STRICT")
+    op.execute("CREATE TABLE later (run_id INTEGER NOT NULL, zone TEXT NOT NULL, "
+               "CONSTRAINT pk_later PRIMARY KEY (run_id, zone)) STRICT")
 """
 
 
@@ -41,11 +41,11 @@ class NextFormat:
 
 @pytest.fixture(scope="module")
 def following(tmp_path_factory: pytest.TempPathFactory) -> NextFormat:
-    """A format 2 that does not exist yet: one table and one column more."""
-    folder = tmp_path_factory.mktemp("format 2")
+    """A format 3 that does not exist yet: one table and one column more."""
+    folder = tmp_path_factory.mktemp("format 3")
     migrations = Path(shutil.copytree(creation.migrations_folder(), folder / "migrations"))
-    (migrations / "versions" / "0002_absolute.py").write_text(SECOND)
-    return NextFormat(creation.expected_format(folder, 2, APPLICATION_ID, migrations), migrations)
+    (migrations / "versions" / "0003_later.py").write_text(THIRD)
+    return NextFormat(creation.expected_format(folder, 3, APPLICATION_ID, migrations), migrations)
 
 
 def sha256(path: Path) -> str:
@@ -59,7 +59,7 @@ def test_a_healthy_project(full: Path) -> None:
     assert [line.name for line in report.lines] == [
         "SQLite", "file", "schema", "pages", "seals", "numbers", "rows", "digests", "selections",
     ]  # fmt: skip
-    assert steps == [(number, 11) for number in range(1, 12)]
+    assert steps == [(number, 12) for number in range(1, 13)]
 
 
 def test_check_of_a_missing_file(tmp_path: Path) -> None:
@@ -88,9 +88,9 @@ def test_upgrade_keeps_everything(full: Path, following: NextFormat) -> None:
     with open_project(full) as project:
         digests = [run.output_digest for run in project.runs()]
     done = upgrade_project(full, following.form, following.migrations)
-    assert (done.before, done.after) == (1, 2)
+    assert (done.before, done.after) == (2, 3)
     assert done.backup is not None and sha256(done.backup) == before
-    assert sorted(file.name for file in full.parent.iterdir()) == [full.name, f"{full.name}.bak-0001"]
+    assert sorted(file.name for file in full.parent.iterdir()) == [full.name, f"{full.name}.bak-0002"]
     assert stat.S_IMODE(full.stat().st_mode) == 0o640
     gated = pass_gate(preflight(full, following.form), "write", following.form)
     with gated.connection.begin():
@@ -102,7 +102,7 @@ def test_upgrade_keeps_everything(full: Path, following: NextFormat) -> None:
 
 
 def test_an_older_format_says_how_to_upgrade(full: Path, following: NextFormat) -> None:
-    with pytest.raises(ProjectError, match="has format 1") as error:
+    with pytest.raises(ProjectError, match="has format 2") as error:
         preflight(full, following.form)
     assert error.value.hint.startswith("Run: orient upgrade house.orient")
 
@@ -117,8 +117,8 @@ BROKEN = {
 @pytest.mark.parametrize("body", BROKEN.values(), ids=BROKEN)
 def test_a_failed_upgrade_changes_nothing(full: Path, following: NextFormat, tmp_path: Path, body: str) -> None:
     broken = Path(shutil.copytree(following.migrations, tmp_path / "migrations"))
-    text = SECOND.split("def upgrade")[0] + f"def upgrade() -> None:\n    {body}\n"
-    (broken / "versions" / "0002_absolute.py").write_text(text)
+    text = THIRD.split("def upgrade")[0] + f"def upgrade() -> None:\n    {body}\n"
+    (broken / "versions" / "0003_later.py").write_text(text)
     before = sha256(full)
     with pytest.raises((ProjectError, RuntimeError)):
         upgrade_project(full, following.form, broken)
@@ -128,7 +128,7 @@ def test_a_failed_upgrade_changes_nothing(full: Path, following: NextFormat, tmp
 
 
 def test_an_older_backup_is_not_overwritten(full: Path, following: NextFormat) -> None:
-    backup = full.with_name(f"{full.name}.bak-0001")
+    backup = full.with_name(f"{full.name}.bak-0002")
     backup.write_text("precious")
     with pytest.raises(ProjectError, match="exists"):
         upgrade_project(full, following.form, following.migrations)

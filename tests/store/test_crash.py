@@ -15,7 +15,7 @@ import pytest
 from orient.errors import ProjectError
 from orient.store.check import check_project
 from orient.store.project import create_project, open_project
-from tests.store.made import fill, new_run, readings
+from tests.store.made import INPUTS, fill, new_run, readings
 
 ROOT = Path(__file__).parents[2]
 SPAWN = multiprocessing.get_context("spawn")
@@ -122,7 +122,7 @@ def test_no_space_left(full: Path) -> None:
     assert done.stdout.split() == ["full", "small"], done.stderr
     assert check_project(full).ok
     with open_project(full) as project:
-        assert len(project.runs()) == 12
+        assert len(project.runs()) == len(INPUTS) + 1
     assert [file.name for file in full.parent.iterdir()] == [full.name]
 
 

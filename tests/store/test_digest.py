@@ -42,8 +42,9 @@ def test_events_count() -> None:
 
 
 def test_numpy_scalars_and_negative_zero() -> None:
-    plain = {"x": 0.0, "y": 1.5, "z": 2.0, "zone": "a", "point": "p"}
-    other = {"x": np.float64(-0.0), "y": np.float32(1.5), "z": np.int64(2), "zone": np.str_("a"), "point": "p"}
+    empty = dict.fromkeys(("cov_xx", "cov_xy", "cov_xz", "cov_yy", "cov_yz", "cov_zz"))
+    plain = {"x": 0.0, "y": 1.5, "z": 2.0, "zone": "a", "point": "p", **empty}
+    other = {"x": np.float64(-0.0), "y": np.float32(1.5), "z": np.int64(2), "zone": np.str_("a"), "point": "p", **empty}
     assert output_digest({"model_point": [plain]}) == output_digest({"model_point": [other]})
 
 

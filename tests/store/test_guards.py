@@ -93,4 +93,6 @@ def test_strict_tables_refuse_what_slips_through(writer: Gated) -> None:
     for value in (float("nan"), float("inf"), "text"):
         with pytest.raises(IntegrityError), writer.connection.begin():
             writer.connection.exec_driver_sql(insert)
-            writer.connection.exec_driver_sql("INSERT INTO model_point VALUES (99, 'z', 'p', ?, 0, 0)", (value,))
+            writer.connection.exec_driver_sql(
+                "INSERT INTO model_point (run_id, zone, point, x, y, z) VALUES (99, 'z', 'p', ?, 0, 0)", (value,)
+            )

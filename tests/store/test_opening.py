@@ -18,7 +18,7 @@ from orient.errors import OrientError, ProjectError, UsageError
 from orient.store.check import check_project
 from orient.store.errors import NeedsRecovery
 from orient.store.project import open_project
-from tests.store.made import new_run
+from tests.store.made import INPUTS, new_run
 
 JOURNAL_MAGIC = bytes.fromhex("d9d505f920a163d7")
 Damage = Callable[[Path], object]
@@ -100,11 +100,11 @@ REFUSED: dict[str, tuple[Damage, str]] = {
     "D3 image": (lambda path: path.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(200)), "not an orient project"),
     "D4 other program": (patch(68, bytes.fromhex("47504b47")), "another program.*GeoPackage"),
     "D4 plain SQLite": (patch(68, bytes(4)), "belongs to another program"),
-    "D5 newer": (patch(60, (7).to_bytes(4, "big")), "newer orient .format 7, this one knows 1"),
+    "D5 newer": (patch(60, (7).to_bytes(4, "big")), "newer orient .format 7, this one knows 2"),
     "D7 zero": (patch(60, bytes(4)), "unknown format"),
     "D7 negative": (patch(60, b"\xff\xff\xff\xfe"), "unknown format"),
     "D8 no revision": (unguarded("DELETE FROM alembic_version"), "upgrade was not finished"),
-    "D8 two revisions": (unguarded("INSERT INTO alembic_version VALUES ('0002')"), "upgrade was not finished"),
+    "D8 two revisions": (unguarded("INSERT INTO alembic_version VALUES ('0001')"), "upgrade was not finished"),
     "D8 other revision": (unguarded("UPDATE alembic_version SET version_num = 'x'"), "upgrade was not finished"),
     "D9 folder": (instead(lambda path: path.mkdir()), "not a regular file"),
     "D9 fifo": (instead(os.mkfifo), "not a regular file"),
@@ -166,7 +166,10 @@ REFUSED: dict[str, tuple[Damage, str]] = {
         ),
         "damaged",
     ),
-    "D25 orphan rows": (unguarded("INSERT INTO model_point VALUES (99, 'z', 'p', 0, 0, 0)"), "dangling references"),
+    "D25 orphan rows": (
+        unguarded("INSERT INTO model_point (run_id, zone, point, x, y, z) VALUES (99, 'z', 'p', 0, 0, 0)"),
+        "dangling references",
+    ),
 }
 INFINITY = unguarded("PRAGMA ignore_check_constraints = ON", "UPDATE model_point SET x = 9e999")
 
@@ -188,15 +191,15 @@ def test_refused(full: Path, name: str, mode: str) -> None:
 
 NEEDS_DIGEST: dict[str, tuple[Damage, str]] = {
     "D25 no seal": (
-        unguarded("INSERT INTO stage_run SELECT 12, stage, 2, 1, '{}', '', '', '', '', '' FROM stage_run LIMIT 1"),
-        "run 12 has no seal",
+        unguarded("INSERT INTO stage_run SELECT 13, stage, 2, 1, '{}', '', '', '', '', '' FROM stage_run LIMIT 1"),
+        "run 13 has no seal",
     ),
     "D25 forged run": (
         unguarded(
-            "INSERT INTO stage_run SELECT 12, stage, 2, 1, '{}', '', '', '', '', '' FROM stage_run LIMIT 1",
-            "INSERT INTO run_seal SELECT 12, status, 0, output_digest, '', '', '', '' FROM run_seal WHERE run_id = 1",
+            "INSERT INTO stage_run SELECT 13, stage, 2, 1, '{}', '', '', '', '', '' FROM stage_run LIMIT 1",
+            "INSERT INTO run_seal SELECT 13, status, 0, output_digest, '', '', '', '' FROM run_seal WHERE run_id = 1",
         ),
-        "run 12",
+        "run 13",
     ),
     "D26 count": (
         unguarded("UPDATE run_seal SET row_count = 1000000000000 WHERE run_id = 7"),
@@ -221,7 +224,9 @@ NEEDS_DIGEST: dict[str, tuple[Damage, str]] = {
     "value": (unguarded("UPDATE orientation SET X_S_m = X_S_m + 1e-9"), "rows were altered"),
     "row removed": (unguarded("DELETE FROM equation"), "rows, seal says"),
     "row added": (
-        unguarded("INSERT INTO model_point SELECT 1, zone, point, x, y, z FROM model_point"),
+        unguarded(
+            "INSERT INTO model_point (run_id, zone, point, x, y, z) SELECT 1, zone, point, x, y, z FROM model_point"
+        ),
         "does not write",
     ),
     "reason": (unguarded("UPDATE stage_run SET reason = 'other' WHERE run_id = 3"), "run 3 .* were altered"),
@@ -296,7 +301,7 @@ def test_names_that_are_none(path: str) -> None:
 def test_read_only_is_said_before_computing(full: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "access", lambda *_: False)
     with open_project(full) as project:
-        assert len(project.heads()) == 11
+        assert len(project.heads()) == len(INPUTS)
     with pytest.raises(ProjectError, match="cannot be written"):
         open_project(full, "write")
 
@@ -308,7 +313,7 @@ import sqlite3, sys, os
 connection = sqlite3.connect(sys.argv[1], isolation_level=None)
 connection.execute("PRAGMA cache_size = 1"); connection.execute("PRAGMA synchronous = OFF")
 connection.execute("BEGIN IMMEDIATE")
-rows = ((n, "s%d" % n, 1, 1, "{}", "", "", "", "", "") for n in range(12, 3000))
+rows = ((n, "s%d" % n, 1, 1, "{}", "", "", "", "", "") for n in range(13, 3000))
 connection.executemany("INSERT INTO stage_run VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)", rows)
 os._exit(9)
 """
@@ -329,7 +334,7 @@ def test_hot_journal_is_undone(full: Path, tmp_path: Path, mode: str) -> None:
     hot = leave_hot_journal(full, tmp_path / "other")
     with open_project(hot, mode) as project:  # type: ignore[arg-type]
         assert "recovered" in project.warnings[-1]
-        assert len(project.runs()) == 11
+        assert len(project.runs()) == len(INPUTS)
     assert check_project(hot).ok
     assert [file.name for file in hot.parent.iterdir()] == [hot.name]
 

@@ -204,11 +204,11 @@ def test_questions_that_are_refused(full: Path, sql: str, words: str) -> None:
 @pytest.mark.parametrize(
     ("sql", "parameters", "rows"),
     [
-        ("SELECT stage FROM v_current WHERE version = ?", (1,), 11),
+        ("SELECT stage FROM v_current WHERE version = ?", (1,), len(INPUTS)),
         ("SELECT stage FROM v_current WHERE stage = :stage", {"stage": "bl"}, 1),
-        ("/* ask */ WITH mine AS (SELECT stage FROM v_current) SELECT * FROM mine", (), 11),
+        ("/* ask */ WITH mine AS (SELECT stage FROM v_current) SELECT * FROM mine", (), len(INPUTS)),
         ("VALUES (1), (2)", (), 2),
-        ("SELECT json_extract(settings, '$.seed') FROM stage_run", (), 11),
+        ("SELECT json_extract(settings, '$.seed') FROM stage_run", (), len(INPUTS)),
         ("SELECT value FROM json_each('[1, 2, 3]')", (), 3),
         ("SELECT name FROM pragma_table_info('selection')", (), 8),
         ("SELECT '%s' || '%', sqrt(4.0)", (), 1),
@@ -227,7 +227,7 @@ def test_a_question_without_end_is_stopped(full: Path) -> None:
     with open_project(full) as project:
         with pytest.raises(OrientError, match=r"longer than 0\.1 s"):
             project.query(ENDLESS, timeout_s=0.1)
-        assert len(project.heads()) == 11
+        assert len(project.heads()) == len(INPUTS)
 
 
 def test_a_stop_signal_ends_a_statement(full: Path) -> None:

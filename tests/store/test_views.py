@@ -26,11 +26,11 @@ def test_nothing_is_stale_after_a_full_run(full: Path) -> None:
 
 
 CHANGES = {
-    "photo": ["refine", "digitize", "bl", "topocentric", "resection", "covariance"],
+    "photo": ["refine", "digitize", "bl", "topocentric", "resection", "covariance", "absolute"],
     "readings": ["refine", "resection", "covariance"],
-    "sheet": ["digitize", "bl", "topocentric", "resection", "covariance"],
-    "control": ["bl", "topocentric", "resection", "covariance"],
-    "model": [],
+    "sheet": ["digitize", "bl", "topocentric", "resection", "covariance", "absolute"],
+    "control": ["bl", "topocentric", "resection", "covariance", "absolute"],
+    "model": ["absolute"],
 }
 
 
@@ -127,3 +127,40 @@ def test_error_budget_sums_to_the_whole(full: Path) -> None:
         columns = "orientation_percent + reading_percent + height_percent, sigma_m, image_sigma_mm"
         _, rows = project.query(f"SELECT {columns} FROM v_error_budget WHERE is_current AND axis = 'X'")
     assert rows == [(pytest.approx(100.0), pytest.approx(1.5**0.5), pytest.approx(0.5**0.5))]
+
+
+def test_views_of_the_absolute_orientation_are_in_the_papers_order_and_in_degrees(full: Path) -> None:
+    element, step = (row_of(Base.metadata.tables[f"absolute_{name}"]) for name in ("element", "iteration_parameter"))
+    shuffled = ("Z_0", "H", "theta", "X_0", "eta", "Y_0", "xi")
+    tables = {
+        "absolute_element": [
+            {**element, "view": view, "unknown": name} for view in ("scale", "homothety")
+            for name in (shuffled if view == "homothety" else ("t", "xi", "X_0"))
+        ],
+        "absolute_iteration_parameter": [
+            {**step, "unknown": name, "unit": "rad" if name == "xi" else "m"} for name in shuffled
+        ],
+        "absolute_residual": [{**row_of(Base.metadata.tables["absolute_residual"]), "vX_m": None, "vY_m": None}],
+    }  # fmt: skip
+    with open_project(full, "write") as project:
+        project.append(new_run(project, "absolute", outcome=Outcome(tables)))
+        elements = project.query("SELECT view, element FROM v_absolute_element WHERE is_current")[1]
+        steps = project.query("SELECT unknown, adjusted, unit FROM v_absolute_iteration WHERE is_current")[1]
+        residual = project.query("SELECT v_m FROM v_absolute_residual WHERE is_current")[1]
+    papers = ["xi", "eta", "theta", "H", "X_0", "Y_0", "Z_0"]
+    assert elements == [*(("homothety", name) for name in papers), ("scale", "X_0"), ("scale", "t"), ("scale", "xi")]
+    assert [row[0] for row in steps] == papers
+    assert steps[0][1:] == (pytest.approx(57.29577951308232), "deg") and steps[3][1:] == (1.0, "m")
+    assert residual == [(0.5,)]
+
+
+def test_tilt_of_a_zone_and_its_other_solutions(full: Path) -> None:
+    half = 0.25**0.5
+    tilted = {"q_w": half * 3**0.5, "q_x": half, "q_y": 0.0, "q_z": 0.0}
+    row = {**row_of(Base.metadata.tables["absolute_orientation"]), **tilted}
+    other = row_of(Base.metadata.tables["absolute_alternative"])
+    outcome = Outcome({"absolute_orientation": [row], "absolute_alternative": [other, {**other, "number": 2}]})
+    with open_project(full, "write") as project:
+        project.append(new_run(project, "absolute", outcome=outcome))
+        (found,) = project.query("SELECT tilt_deg, other_solutions FROM v_absolute_orientation WHERE is_current")[1]
+    assert found == (pytest.approx(60.0), 2)

@@ -1,0 +1,272 @@
+CREATE TABLE absolute_alternative (
+	run_id INTEGER NOT NULL, 
+	zone TEXT NOT NULL, 
+	number INTEGER NOT NULL, 
+	"X_0_m" REAL NOT NULL, 
+	"Y_0_m" REAL NOT NULL, 
+	"Z_0_m" REAL NOT NULL, 
+	"H" REAL NOT NULL, 
+	q_w REAL NOT NULL, 
+	q_x REAL NOT NULL, 
+	q_y REAL NOT NULL, 
+	q_z REAL NOT NULL, 
+	tilt_deg REAL NOT NULL, 
+	"vPv" REAL NOT NULL, 
+	is_as_good INTEGER NOT NULL, 
+	CONSTRAINT pk_absolute_alternative PRIMARY KEY (run_id, zone, number), 
+	CONSTRAINT fk_absolute_alternative_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT "ck_absolute_alternative_X_0_m_finite" CHECK (X_0_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_absolute_alternative_Y_0_m_finite" CHECK (Y_0_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_absolute_alternative_Z_0_m_finite" CHECK (Z_0_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_absolute_alternative_H_finite" CHECK (H BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_alternative_q_w_finite CHECK (q_w BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_alternative_q_x_finite CHECK (q_x BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_alternative_q_y_finite CHECK (q_y BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_alternative_q_z_finite CHECK (q_z BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_alternative_tilt_deg_finite CHECK (tilt_deg BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_absolute_alternative_vPv_finite" CHECK (vPv BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
+CREATE TABLE absolute_cofactor (
+	run_id INTEGER NOT NULL, 
+	zone TEXT NOT NULL, 
+	unknowns TEXT NOT NULL, 
+	"IJ" INTEGER NOT NULL, 
+	i INTEGER NOT NULL, 
+	j INTEGER NOT NULL, 
+	unknown_i TEXT NOT NULL, 
+	unknown_j TEXT NOT NULL, 
+	value REAL NOT NULL, 
+	CONSTRAINT pk_absolute_cofactor PRIMARY KEY (run_id, zone, unknowns, "IJ"), 
+	CONSTRAINT fk_absolute_cofactor_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_absolute_cofactor_value_finite CHECK (value BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
+CREATE TABLE absolute_element (
+	run_id INTEGER NOT NULL, 
+	zone TEXT NOT NULL, 
+	"view" TEXT NOT NULL, 
+	unknown TEXT NOT NULL, 
+	unit TEXT NOT NULL, 
+	value REAL NOT NULL, 
+	sigma REAL, 
+	near_blind INTEGER NOT NULL, 
+	CONSTRAINT pk_absolute_element PRIMARY KEY (run_id, zone, "view", unknown), 
+	CONSTRAINT ck_absolute_element_view CHECK (view IN ('homothety', 'joint', 'scale')), 
+	CONSTRAINT fk_absolute_element_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_absolute_element_value_finite CHECK (value BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_element_sigma_finite CHECK (sigma BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
+CREATE TABLE absolute_iteration (
+	run_id INTEGER NOT NULL, 
+	zone TEXT NOT NULL, 
+	iteration INTEGER NOT NULL, 
+	"vPv" REAL NOT NULL, 
+	max_scaled_step REAL NOT NULL, 
+	damping REAL NOT NULL, 
+	q_w REAL NOT NULL, 
+	q_x REAL NOT NULL, 
+	q_y REAL NOT NULL, 
+	q_z REAL NOT NULL, 
+	CONSTRAINT pk_absolute_iteration PRIMARY KEY (run_id, zone, iteration), 
+	CONSTRAINT fk_absolute_iteration_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT "ck_absolute_iteration_vPv_finite" CHECK (vPv BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_iteration_max_scaled_step_finite CHECK (max_scaled_step BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_iteration_damping_finite CHECK (damping BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_iteration_q_w_finite CHECK (q_w BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_iteration_q_x_finite CHECK (q_x BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_iteration_q_y_finite CHECK (q_y BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_iteration_q_z_finite CHECK (q_z BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
+CREATE TABLE absolute_iteration_parameter (
+	run_id INTEGER NOT NULL, 
+	zone TEXT NOT NULL, 
+	iteration INTEGER NOT NULL, 
+	unknown TEXT NOT NULL, 
+	unit TEXT NOT NULL, 
+	approximation REAL NOT NULL, 
+	correction REAL NOT NULL, 
+	CONSTRAINT pk_absolute_iteration_parameter PRIMARY KEY (run_id, zone, iteration, unknown), 
+	CONSTRAINT fk_absolute_iteration_parameter_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_absolute_iteration_parameter_approximation_finite CHECK (approximation BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_iteration_parameter_correction_finite CHECK (correction BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
+CREATE TABLE absolute_orientation (
+	run_id INTEGER NOT NULL, 
+	zone TEXT NOT NULL, 
+	frame TEXT NOT NULL, 
+	"X_0_m" REAL NOT NULL, 
+	"Y_0_m" REAL NOT NULL, 
+	"Z_0_m" REAL NOT NULL, 
+	"H" REAL NOT NULL, 
+	t REAL NOT NULL, 
+	q_w REAL NOT NULL, 
+	q_x REAL NOT NULL, 
+	q_y REAL NOT NULL, 
+	q_z REAL NOT NULL, 
+	n_full INTEGER NOT NULL, 
+	n_plan INTEGER NOT NULL, 
+	n_height INTEGER NOT NULL, 
+	n_equations INTEGER NOT NULL, 
+	n_unknowns INTEGER NOT NULL, 
+	redundancy INTEGER NOT NULL, 
+	"vPv" REAL NOT NULL, 
+	"vPv_mirrored" REAL, 
+	sigma0 REAL, 
+	sigma0_unit TEXT NOT NULL, 
+	variance_scale REAL, 
+	variance_basis TEXT NOT NULL, 
+	condition_ratio REAL NOT NULL, 
+	iterations INTEGER NOT NULL, 
+	termination TEXT NOT NULL, 
+	CONSTRAINT pk_absolute_orientation PRIMARY KEY (run_id, zone), 
+	CONSTRAINT ck_absolute_orientation_sigma0_unit CHECK (sigma0_unit IN ('m', '1')), 
+	CONSTRAINT fk_absolute_orientation_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT "ck_absolute_orientation_X_0_m_finite" CHECK (X_0_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_absolute_orientation_Y_0_m_finite" CHECK (Y_0_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_absolute_orientation_Z_0_m_finite" CHECK (Z_0_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_absolute_orientation_H_finite" CHECK (H BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_orientation_t_finite CHECK (t BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_orientation_q_w_finite CHECK (q_w BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_orientation_q_x_finite CHECK (q_x BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_orientation_q_y_finite CHECK (q_y BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_orientation_q_z_finite CHECK (q_z BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_absolute_orientation_vPv_finite" CHECK (vPv BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_absolute_orientation_vPv_mirrored_finite" CHECK (vPv_mirrored BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_orientation_sigma0_finite CHECK (sigma0 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_orientation_variance_scale_finite CHECK (variance_scale BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_orientation_condition_ratio_finite CHECK (condition_ratio BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
+CREATE TABLE absolute_residual (
+	run_id INTEGER NOT NULL, 
+	zone TEXT NOT NULL, 
+	point TEXT NOT NULL, 
+	role TEXT NOT NULL, 
+	known TEXT NOT NULL, 
+	"vX_m" REAL, 
+	"vY_m" REAL, 
+	"vZ_m" REAL, 
+	"v_ground_X_m" REAL, 
+	"v_ground_Y_m" REAL, 
+	"v_ground_Z_m" REAL, 
+	v_model_x REAL, 
+	v_model_y REAL, 
+	v_model_z REAL, 
+	"redundancy_X" REAL, 
+	"redundancy_Y" REAL, 
+	"redundancy_Z" REAL, 
+	CONSTRAINT pk_absolute_residual PRIMARY KEY (run_id, zone, point), 
+	CONSTRAINT ck_absolute_residual_role CHECK (role IN ('control', 'check')), 
+	CONSTRAINT ck_absolute_residual_known CHECK (known IN ('XYZ', 'plan', 'height')), 
+	CONSTRAINT fk_absolute_residual_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT "ck_absolute_residual_vX_m_finite" CHECK (vX_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_absolute_residual_vY_m_finite" CHECK (vY_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_absolute_residual_vZ_m_finite" CHECK (vZ_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_absolute_residual_v_ground_X_m_finite" CHECK (v_ground_X_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_absolute_residual_v_ground_Y_m_finite" CHECK (v_ground_Y_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_absolute_residual_v_ground_Z_m_finite" CHECK (v_ground_Z_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_residual_v_model_x_finite CHECK (v_model_x BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_residual_v_model_y_finite CHECK (v_model_y BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_residual_v_model_z_finite CHECK (v_model_z BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_absolute_residual_redundancy_X_finite" CHECK (redundancy_X BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_absolute_residual_redundancy_Y_finite" CHECK (redundancy_Y BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_absolute_residual_redundancy_Z_finite" CHECK (redundancy_Z BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
+CREATE TABLE absolute_small_angle (
+	run_id INTEGER NOT NULL, 
+	zone TEXT NOT NULL, 
+	unknown TEXT NOT NULL, 
+	unit TEXT NOT NULL, 
+	value REAL NOT NULL, 
+	rigorous REAL NOT NULL, 
+	difference REAL NOT NULL, 
+	CONSTRAINT pk_absolute_small_angle PRIMARY KEY (run_id, zone, unknown), 
+	CONSTRAINT fk_absolute_small_angle_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_absolute_small_angle_value_finite CHECK (value BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_small_angle_rigorous_finite CHECK (rigorous BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_small_angle_difference_finite CHECK (difference BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
+CREATE TABLE model_ground_point (
+	run_id INTEGER NOT NULL, 
+	zone TEXT NOT NULL, 
+	point TEXT NOT NULL, 
+	role TEXT NOT NULL, 
+	"X_m" REAL NOT NULL, 
+	"Y_m" REAL NOT NULL, 
+	"Z_m" REAL NOT NULL, 
+	"B_deg" REAL, 
+	"L_deg" REAL, 
+	"H_m" REAL, 
+	"cov_XX_m2" REAL, 
+	"cov_XY_m2" REAL, 
+	"cov_XZ_m2" REAL, 
+	"cov_YY_m2" REAL, 
+	"cov_YZ_m2" REAL, 
+	"cov_ZZ_m2" REAL, 
+	CONSTRAINT pk_model_ground_point PRIMARY KEY (run_id, zone, point), 
+	CONSTRAINT ck_model_ground_point_role CHECK (role IN ('control', 'check', 'free')), 
+	CONSTRAINT fk_model_ground_point_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT "ck_model_ground_point_X_m_finite" CHECK (X_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_model_ground_point_Y_m_finite" CHECK (Y_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_model_ground_point_Z_m_finite" CHECK (Z_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_model_ground_point_B_deg_finite" CHECK (B_deg BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_model_ground_point_L_deg_finite" CHECK (L_deg BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_model_ground_point_H_m_finite" CHECK (H_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_model_ground_point_cov_XX_m2_finite" CHECK (cov_XX_m2 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_model_ground_point_cov_XY_m2_finite" CHECK (cov_XY_m2 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_model_ground_point_cov_XZ_m2_finite" CHECK (cov_XZ_m2 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_model_ground_point_cov_YY_m2_finite" CHECK (cov_YY_m2 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_model_ground_point_cov_YZ_m2_finite" CHECK (cov_YZ_m2 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_model_ground_point_cov_ZZ_m2_finite" CHECK (cov_ZZ_m2 BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
+CREATE INDEX ix_model_ground_point_run_id_point ON model_ground_point (run_id, point);
+
+ALTER TABLE model_point RENAME TO before_model_point;
+
+CREATE TABLE model_point (
+	run_id INTEGER NOT NULL, 
+	zone TEXT NOT NULL, 
+	point TEXT NOT NULL, 
+	x REAL NOT NULL, 
+	y REAL NOT NULL, 
+	z REAL NOT NULL, 
+	cov_xx REAL, 
+	cov_xy REAL, 
+	cov_xz REAL, 
+	cov_yy REAL, 
+	cov_yz REAL, 
+	cov_zz REAL, 
+	CONSTRAINT pk_model_point PRIMARY KEY (run_id, zone, point), 
+	CONSTRAINT ck_model_point_covariance CHECK ((cov_xx IS NULL) + (cov_xy IS NULL) + (cov_xz IS NULL) + (cov_yy IS NULL) + (cov_yz IS NULL) + (cov_zz IS NULL) IN (0, 6)), 
+	CONSTRAINT fk_model_point_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_model_point_x_finite CHECK (x BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_model_point_y_finite CHECK (y BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_model_point_z_finite CHECK (z BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_model_point_cov_xx_finite CHECK (cov_xx BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_model_point_cov_xy_finite CHECK (cov_xy BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_model_point_cov_xz_finite CHECK (cov_xz BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_model_point_cov_yy_finite CHECK (cov_yy BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_model_point_cov_yz_finite CHECK (cov_yz BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_model_point_cov_zz_finite CHECK (cov_zz BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
+INSERT INTO model_point ("run_id", "zone", "point", "x", "y", "z") SELECT "run_id", "zone", "point", "x", "y", "z" FROM before_model_point;
+
+DROP TABLE before_model_point;
