@@ -19,6 +19,8 @@ class Stage:
     """One computed stage. `version` rises when the computation changes in a way that can change a number.
 
     Settings of the current version hold for the next one too, but for `not_kept`: a consent is given once.
+    `formerly`: what versions were made with before a setting existed. Such a version stays what it is, current and
+    fresh, and its successor is made in the same way unless the user says otherwise.
     """
 
     name: str
@@ -29,6 +31,7 @@ class Stage:
     needs_one_of: tuple[str, ...] = ()
     settings: Mapping[str, str | int | float | bool | None] = field(default_factory=dict)
     not_kept: tuple[str, ...] = ()
+    formerly: Mapping[str, str | int | float | bool | None] = field(default_factory=dict)
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -52,14 +55,16 @@ STAGES = (
         1,
         "image coordinates: cycle means, interior orientation, distortion, refraction, curvature",
         required=("photo", "readings"),
-        settings={"reject": False},
+        settings={"engine": "zlatanov", "reject": False},
+        formerly={"engine": "qr"},
     ),
     Stage(
         "digitize",
         1,
         "map points: polynomial of each sheet",
         required=("photo", "sheet"),
-        settings={"degree": None, "choice": "f-test", "reject": False},
+        settings={"engine": "zlatanov", "degree": None, "choice": "f-test", "reject": False},
+        formerly={"engine": "qr"},
     ),
     Stage(
         "bl",

@@ -11,8 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orient.errors import OrientError
-from orient.solvers.packed import pack_upper, packed_index
-from orient.solvers.zlatanov_reduction import FullReduction, Reduction, reduce_in_place, triangle_indices
+from orient.solvers.packed import packed_index
+from orient.solvers.zlatanov_reduction import (
+    FullReduction,
+    Reduction,
+    reduce_bordered_in_place,
+    reduce_in_place,
+    triangle_indices,
+)
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.intp]
@@ -92,15 +98,7 @@ class NormalEquations:
         One group B (g, k), F (g,), Q_L (g, g), or many of one size: (groups, g, k), (groups, g), (groups, g, g);
         `columns` (k,) as in `add`. Q_L must be positive definite.
         """
-        try:
-            L = np.linalg.cholesky(Q_L)
-        except np.linalg.LinAlgError:
-            raise OrientError(
-                "A cofactor matrix of observations is not positive definite.",
-                "Check its standard deviations (none zero) and correlations (all below 1).",
-            ) from None
-        white = np.linalg.solve(L, np.concatenate([B, np.asarray(F)[..., None]], axis=-1))
-        rows = white.reshape(-1, white.shape[-1])
+        rows = _whitened(np.concatenate([B, np.asarray(F)[..., None]], axis=-1), Q_L)
         self._accumulate(rows, np.ones(len(rows)), columns)
         self.n_equations += len(rows)
 
@@ -108,7 +106,7 @@ class NormalEquations:
         """(14) on a copy of Z: X, Q_x, v'Pv; more equations may be added afterwards."""
         Z = self.packed
         defect = reduce_in_place(Z, self.U)
-        return Reduction(Z, self.names, self.n_equations, defect)
+        return Reduction(Z, self.names, self.n_equations, defect, 1)
 
     def _accumulate(self, rows: FloatArray, p: FloatArray, columns: Sequence[int] | IndexArray | None) -> None:
         a, b = triangle_indices(rows.shape[-1])
@@ -132,17 +130,16 @@ class NormalEquations:
 def bordered_matrix(B: FloatArray, F: FloatArray, Q_L: FloatArray, *, starts_with_Q_L: bool) -> FloatArray:
     """Z = [B'PB, B'PF, B'; ., F'PF, F'; ., ., Z33] of order q = m + 1 + n, packed, seed 000 (9); Z33 = Q_L or 0.
 
-    B (n, m), F (n,), Q_L (n, n), which enters the first block only as P = Q_L^-1.
+    B (n, m), F (n,), or (n, f) for f free terms; Q_L (n, n), or (n/g, g, g) for groups: then only the blocks of Q_L are
+    kept of the third block. Q_L enters the first block only as P = Q_L^-1.
     """
-    m, n = B.shape[1], len(F)
-    equations = NormalEquations([""] * m)
-    equations.add_group(B, F, Q_L)
-    Z = np.zeros((m + 1 + n, m + 1 + n))
-    Z[triangle_indices(m + 1)] = equations.packed
-    Z[:m, m + 1 :] = B.T
-    Z[m, m + 1 :] = F
-    Z[m + 1 :, m + 1 :] = Q_L if starts_with_Q_L else 0.0
-    return pack_upper(Z)
+    rows = np.column_stack([B, F])
+    group = Q_L.shape[-1]
+    white = _whitened(rows.reshape(-1, group, rows.shape[1]), Q_L)
+    corner = white.T @ white
+    border = np.concatenate([np.append(corner[i, i:], column) for i, column in enumerate(rows.T)])
+    third = Q_L[(..., *triangle_indices(group))].ravel()
+    return np.append(border, third if starts_with_Q_L else np.zeros_like(third))
 
 
 def adjust_bordered(
@@ -150,10 +147,25 @@ def adjust_bordered(
 ) -> FullReduction:
     """v = B X + F, v'Pv -> min, P = Q_L^-1, by the full form: X, Q_x, v'Pv and also v, Q_v, Q_Lhat stand in Z.
 
-    B (n, m), F (n,), Q_L (n, n) full. The triangle has (m + n + 1)(m + n + 2)/2 numbers: for a page of equations to be
-    followed by hand, not for thousands (then the short form, whose `Reduction` gives v and Q_v group by group).
+    B (n, m), F (n,), or (n, f) for f free terms with the same B; Q_L (n, n), or (n/g, g, g) for groups of g equations
+    that are correlated among themselves only, g = 1 for a diagonal; of the third block only these groups are in Z.
     An unknown that the equations do not determine is named in `undetermined`. Source: seed 000, (9), (14)-(16).
     """
     Z = bordered_matrix(B, F, Q_L, starts_with_Q_L=starts_with_Q_L)
-    defect = reduce_in_place(Z, len(names))
-    return FullReduction(Z, tuple(names), len(F), defect, Q_L, starts_with_Q_L)
+    n, free_terms = len(F), 1 if F.ndim == 1 else F.shape[1]
+    defect = reduce_bordered_in_place(Z, len(names), len(names) + free_terms, n, Q_L.shape[-1])
+    return FullReduction(Z, tuple(names), n, defect, free_terms, Q_L, starts_with_Q_L)
+
+
+def _whitened(rows: FloatArray, Q_L: FloatArray) -> FloatArray:
+    """L^-1 rows, Q_L = L L': groups (..., g, k) one below the other."""
+    if Q_L.shape[-1] == 1 and np.all(Q_L > 0):
+        return np.asarray(rows / np.sqrt(Q_L)).reshape(-1, rows.shape[-1])
+    try:
+        L = np.linalg.cholesky(Q_L)
+    except np.linalg.LinAlgError:
+        raise OrientError(
+            "A cofactor matrix of observations is not positive definite.",
+            "Check its standard deviations (none zero) and correlations (all below 1).",
+        ) from None
+    return np.asarray(np.linalg.solve(L, rows)).reshape(-1, rows.shape[-1])
