@@ -55,9 +55,7 @@ AllowBallpark = Annotated[
 ]
 
 
-Engine = Annotated[
-    str | None, _choice("--engine", ("zlatanov", "qr"), "Algorithm Z, its last digits by QR, or QR alone.")
-]
+Engine = Annotated[str | None, _choice("--engine", ("zlatanov", "qr"), "Algorithm Z (normal equations), or QR.")]
 Degree = Annotated[
     str | None, typer.Option("--degree", metavar="1...5|auto", help="Degree of the polynomial; auto: chosen.")
 ]

@@ -19,7 +19,7 @@ from orient.solvers.linear_adjustment import adjust
 
 FloatArray = NDArray[np.float64]
 
-ELEMENTS = ("dX_S", "dY_S", "dZ_S", "alpha", "omega", "kappa")
+ELEMENTS = ("X_S", "Y_S", "Z_S", "alpha", "omega", "kappa")
 SINGULAR_RATIO = 1e-8
 ROUNDING = 1e-12
 SYMMETRIC = 1e-9
