@@ -74,7 +74,9 @@ def add(
 def read_options(decimal: str, encoding: str, ignore_columns: bool, max_rows: int) -> "ReadOptions":
     from orient.errors import UsageError
     from orient.intake.options import ReadOptions
+    from orient.intake.text_file import check_encoding
 
     if decimal not in ("point", "comma"):
         raise UsageError(f'--decimal is "{decimal}"', "It is point or comma.")
+    check_encoding(encoding)
     return ReadOptions("comma" if decimal == "comma" else "point", encoding, ignore_columns, max_rows)

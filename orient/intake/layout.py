@@ -9,7 +9,6 @@ from orient.intake.csv_table import Layout, open_csv
 from orient.intake.findings import Findings, shown
 from orient.intake.names import NameRegister
 from orient.intake.options import ReadOptions
-from orient.intake.text_file import check_encoding
 
 LAYOUT = Layout(("point", "x_mm", "y_mm"), optional=("dZ_m",))
 ON_THE_EDGE = 1e-9
@@ -40,7 +39,6 @@ class PlannedPoint:
 
 def read_layout(path: Path, frame: Frame, options: ReadOptions) -> tuple[PlannedPoint, ...]:
     """The points of a CSV file with the columns point, x_mm, y_mm and perhaps dZ_m; every problem of it is named."""
-    check_encoding(options.encoding)
     findings = Findings()
     file = shown(path.name)
     table = open_csv(path, file, (LAYOUT,), options, findings)

@@ -61,9 +61,10 @@ def _reduced(names: Sequence[str], B: FloatArray) -> Reduction:
 
 def _second_pass(names: Sequence[str], B: FloatArray, F: FloatArray, R_1_inverse: FloatArray) -> LinearAdjustment:
     reduction = adjust_bordered(names, B @ R_1_inverse, F, np.ones((len(B), 1, 1)))
+    R_2_inverse = reduction.R_inverse
     return LinearAdjustment(
-        X=R_1_inverse @ reduction.X,
-        R_inverse=R_1_inverse @ reduction.R_inverse,
+        X=-(R_1_inverse @ (R_2_inverse @ reduction.rho)),
+        R_inverse=R_1_inverse @ R_2_inverse,
         v=reduction.v,
         shares=reduction.T.T,
         redundancy_numbers=reduction.Q_v[:, 0, 0],

@@ -15,8 +15,10 @@ from orient.solvers.packed import packed_index
 from orient.solvers.zlatanov_reduction import (
     FullReduction,
     Reduction,
+    corner_places,
     reduce_bordered_in_place,
     reduce_in_place,
+    strip_places,
     triangle_indices,
 )
 
@@ -84,11 +86,11 @@ class NormalEquations:
         B (n, k) and F (n,); `columns` J1..Jk, 1-based: the unknowns of compact equations, the same for all (k,) or
         of each (n, k); all m unknowns by default. An equation of weight 0 is none.
         """
-        p = np.ones(len(F)) if weights is None else weights
-        if np.any(p < 0):
+        rows = np.column_stack([B, F])
+        if weights is not None and np.any(weights < 0):
             raise ValueError("a weight is negative")
-        self._accumulate(np.column_stack([B, F]), p, columns)
-        self.n_equations += int(np.count_nonzero(p))
+        self._accumulate(rows, rows if weights is None else weights[:, None] * rows, columns)
+        self.n_equations += len(rows) if weights is None else int(np.count_nonzero(weights))
 
     def add_group(
         self, B: FloatArray, F: FloatArray, Q_L: FloatArray, columns: Sequence[int] | IndexArray | None = None
@@ -99,7 +101,7 @@ class NormalEquations:
         `columns` (k,) as in `add`. Q_L must be positive definite.
         """
         rows = _whitened(np.concatenate([B, np.asarray(F)[..., None]], axis=-1), Q_L)
-        self._accumulate(rows, np.ones(len(rows)), columns)
+        self._accumulate(rows, rows, columns)
         self.n_equations += len(rows)
 
     def reduced(self) -> Reduction:
@@ -108,13 +110,13 @@ class NormalEquations:
         defect = reduce_in_place(Z, self.U)
         return Reduction(Z, self.names, self.n_equations, defect, 1)
 
-    def _accumulate(self, rows: FloatArray, p: FloatArray, columns: Sequence[int] | IndexArray | None) -> None:
+    def _accumulate(self, rows: FloatArray, weighted: FloatArray, columns: Sequence[int] | IndexArray | None) -> None:
         a, b = triangle_indices(rows.shape[-1])
         addresses = self._addresses(columns, rows.shape[-1])
         if addresses.ndim == 1:
-            self._Z[addresses] += (rows.T @ (p[:, None] * rows))[a, b]
+            self._Z[addresses] += (rows.T @ weighted)[a, b]
         else:
-            products = p[:, None] * rows[:, a] * rows[:, b]
+            products = weighted[:, a] * rows[:, b]
             self._Z += np.bincount(addresses.ravel(), products.ravel(), minlength=len(self._Z))
 
     def _addresses(self, columns: Sequence[int] | IndexArray | None, width: int) -> IndexArray:
@@ -134,12 +136,17 @@ def bordered_matrix(B: FloatArray, F: FloatArray, Q_L: FloatArray, *, starts_wit
     kept of the third block. Q_L enters the first block only as P = Q_L^-1.
     """
     rows = np.column_stack([B, F])
-    group = Q_L.shape[-1]
-    white = _whitened(rows.reshape(-1, group, rows.shape[1]), Q_L)
-    corner = white.T @ white
-    border = np.concatenate([np.append(corner[i, i:], column) for i, column in enumerate(rows.T)])
-    third = Q_L[(..., *triangle_indices(group))].ravel()
-    return np.append(border, third if starts_with_Q_L else np.zeros_like(third))
+    (n, border), group = rows.shape, Q_L.shape[-1]
+    white = _whitened(rows.reshape(-1, group, border), Q_L)
+    strips = strip_places(border, n)
+    below = strips[-1].stop
+    Z = np.zeros(below + n * (group + 1) // 2)
+    Z[corner_places(border, n)] = (white.T @ white)[triangle_indices(border)]
+    for place, column in zip(strips, rows.T, strict=True):
+        Z[place] = column
+    if starts_with_Q_L:
+        Z[below:] = Q_L[(..., *triangle_indices(group))].ravel()
+    return Z
 
 
 def adjust_bordered(

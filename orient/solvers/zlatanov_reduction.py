@@ -171,7 +171,7 @@ class FullReduction(Reduction):
         block = np.full_like(self.Q_L, np.nan)
         if self.is_determined:
             a, b = triangle_indices(self.Q_L.shape[-1])
-            below = self.packed[_strip_places(self._border, self.n_equations)[-1].stop :]
+            below = self.packed[strip_places(self._border, self.n_equations)[-1].stop :]
             block[..., a, b] = below.reshape(*self.Q_L.shape[:-2], -1)
             block[..., b, a] = block[..., a, b]
         return block
@@ -192,11 +192,11 @@ class FullReduction(Reduction):
 
     def _upper(self) -> FloatArray:
         """[R, rho; 0, v'Pv] (m + 1, m + 1)."""
-        return upper_matrix(self.packed[_corner_places(self._border, self.n_equations)])
+        return upper_matrix(self.packed[corner_places(self._border, self.n_equations)])
 
     def _strip(self) -> FloatArray:
         """[T; v'] (m + 1, n)."""
-        return np.array([self.packed[place] for place in _strip_places(self._border, self.n_equations)])
+        return np.array([self.packed[place] for place in strip_places(self._border, self.n_equations)])
 
 
 def reduce_in_place(Z: FloatArray, m: int) -> int | None:
@@ -226,20 +226,20 @@ def reduce_bordered_in_place(Z: FloatArray, m: int, border: int, n: int, group: 
     A column needs those left of it for nothing but the pivots, so the steps run on the first `border` columns, then on
     the other n at once: [B'; F'] <- R_bar^-T [B'; F'] = [T; v'], Z33 <- Z33 - T'T.
     """
-    corner_places, strip_places = _corner_places(border, n), _strip_places(border, n)
-    corner = Z[corner_places]
+    at_corner, strips = corner_places(border, n), strip_places(border, n)
+    corner = Z[at_corner]
     defect = reduce_in_place(corner, m)
-    Z[corner_places] = corner
+    Z[at_corner] = corner
     if defect is not None:
         return defect
     R_bar = upper_matrix(corner)
     R_bar[m:, m:] = np.eye(border - m)
-    strip = np.linalg.inv(R_bar).T @ np.array([Z[place] for place in strip_places])
-    for place, row in zip(strip_places, strip, strict=True):
+    strip = np.linalg.inv(R_bar).T @ np.array([Z[place] for place in strips])
+    for place, row in zip(strips, strip, strict=True):
         Z[place] = row
     T = strip[:m].T.reshape(n // group, group, m)
     a, b = triangle_indices(group)
-    Z[strip_places[-1].stop :] -= np.einsum("gam,gbm->gab", T, T, optimize=group > 1)[:, a, b].ravel()
+    Z[strips[-1].stop :] -= np.einsum("gam,gbm->gab", T, T, optimize=group > 1)[:, a, b].ravel()
     return None
 
 
@@ -259,9 +259,9 @@ def triangle_indices(order: int) -> tuple[IndexArray, IndexArray]:
 
 
 @lru_cache(maxsize=64)
-def _corner_places(border: int, n: int) -> IndexArray:
+def corner_places(border: int, n: int) -> IndexArray:
     """Where the triangle of the first `border` columns stands in one of order border + n, 0-based."""
-    starts = np.array([place.start for place in _strip_places(border, n)]) - border
+    starts = np.array([place.start for place in strip_places(border, n)]) - border
     rows, columns = triangle_indices(border)
     places = starts[rows] + columns
     places.flags.writeable = False
@@ -269,7 +269,7 @@ def _corner_places(border: int, n: int) -> IndexArray:
 
 
 @lru_cache(maxsize=64)
-def _strip_places(border: int, n: int) -> tuple[slice, ...]:
+def strip_places(border: int, n: int) -> tuple[slice, ...]:
     """Where the last n elements of each of the first `border` rows of a triangle of order border + n stand."""
     ends = np.cumsum(border + n - np.arange(border)).tolist()
     return tuple(slice(end - n, end) for end in ends)
