@@ -1,6 +1,8 @@
 """Which degree a sheet's polynomial deserves: by an F test of its gain, or by predicting each cross from the others."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +13,7 @@ from orient.solvers.linear_adjustment import LinearAdjustment, adjust
 from orient.solvers.outlier_test import SMALLEST_REDUNDANCY_NUMBER, f_probability
 
 Vector = NDArray[np.float64]
+ByDegree = Callable[[int], LinearAdjustment]
 
 F_TEST = "f-test"
 LEAVE_ONE_OUT = "leave-one-out"
@@ -84,9 +87,10 @@ class DegreeChoice:
 
 def degree_choices(crosses: Crosses, engine: Engine = Engine.ZLATANOV) -> DegreeChoice:
     """Both choices for at least four crosses."""
-    errors = _all_prediction_errors(crosses, engine)
+    adjusted = _by_degree(crosses, engine)
+    errors = _all_prediction_errors(crosses, adjusted)
     rms = {degree: float(np.sqrt(np.mean(np.sum(e**2, axis=1)))) for degree, e in errors.items()}
-    return DegreeChoice(_by_f_test(crosses, engine), _by_leave_one_out(errors, crosses.rounding_m), rms)
+    return DegreeChoice(_by_f_test(crosses, adjusted), _by_leave_one_out(errors, crosses.rounding_m), rms)
 
 
 def choose_degree(crosses: Crosses, rule: Rule) -> int:
@@ -105,31 +109,31 @@ def choose_degree(crosses: Crosses, rule: Rule) -> int:
     """
     if rule.degree is not None:
         return rule.degree
+    adjusted = _by_degree(crosses, rule.engine)
     if rule.choice == LEAVE_ONE_OUT:
-        return _by_leave_one_out(_all_prediction_errors(crosses, rule.engine), crosses.rounding_m)
-    return _by_f_test(crosses, rule.engine)
+        return _by_leave_one_out(_all_prediction_errors(crosses, adjusted), crosses.rounding_m)
+    return _by_f_test(crosses, adjusted)
 
 
-def prediction_errors(crosses: Crosses, degree: int, engine: Engine = Engine.ZLATANOV) -> Vector | None:
+def prediction_errors(adjustment: LinearAdjustment) -> Vector | None:
     """e_i/(1 - h_i) (n, 2) [m]: polynomial of all OTHER crosses minus given, without n adjustments.
 
     None where a cross carries a coefficient alone (1 - h_i = 0).
     """
-    adjustment = _adjusted(crosses, degree, engine)
     remainder = adjustment.redundancy_numbers
     if np.min(remainder) <= SMALLEST_REDUNDANCY_NUMBER:
         return None
     return np.asarray(adjustment.v / remainder[:, None])
 
 
-def _by_f_test(crosses: Crosses, engine: Engine) -> int:
+def _by_f_test(crosses: Crosses, adjusted: ByDegree) -> int:
     chosen, idle, noise = 1, 0, crosses.rounding_m
-    square = _sum_of_squares(crosses, chosen, engine)
+    square = _sum_of_squares(adjusted(chosen))
     for degree in range(2, HIGHEST_DEGREE + 1):
         if idle == 2 or not _is_candidate(crosses.XY, degree):
             break
         redundancy = len(crosses.XY) - terms(degree)
-        candidate = _sum_of_squares(crosses, degree, engine)
+        candidate = _sum_of_squares(adjusted(degree))
         added = 2 * (terms(degree) - terms(chosen))
         rest = max(candidate / (2 * redundancy), noise**2)
         gain = np.asarray(max(square - candidate, 0.0) / added / rest)
@@ -153,13 +157,13 @@ def _by_leave_one_out(errors: dict[int, Vector], noise: float) -> int:
     return best
 
 
-def _all_prediction_errors(crosses: Crosses, engine: Engine) -> dict[int, Vector]:
+def _all_prediction_errors(crosses: Crosses, adjusted: ByDegree) -> dict[int, Vector]:
     """Prediction errors of every degree that may be chosen, lowest first."""
     errors: dict[int, Vector] = {}
     for degree in range(1, HIGHEST_DEGREE + 1):
         if degree > 1 and not _is_candidate(crosses.XY, degree):
             break
-        e = prediction_errors(crosses, degree, engine)
+        e = prediction_errors(adjusted(degree))
         if e is None:
             break
         errors[degree] = e
@@ -170,11 +174,16 @@ def _is_candidate(XY: Vector, degree: int) -> bool:
     return len(XY) - terms(degree) >= 2 and condition_ratio(XY, degree) >= WEAK_RATIO
 
 
-def _sum_of_squares(crosses: Crosses, degree: int, engine: Engine) -> float:
-    return float(np.sum(_adjusted(crosses, degree, engine).v ** 2))
+def _sum_of_squares(adjustment: LinearAdjustment) -> float:
+    return float(np.sum(adjustment.v**2))
 
 
-def _adjusted(crosses: Crosses, degree: int, engine: Engine) -> LinearAdjustment:
+def _by_degree(crosses: Crosses, engine: Engine) -> ByDegree:
+    """The adjustment of each degree, once: both rules ask for the same ones."""
+    return cache(lambda degree: adjusted_in_metres(crosses, degree, engine))
+
+
+def adjusted_in_metres(crosses: Crosses, degree: int, engine: Engine) -> LinearAdjustment:
     """v (n, 2) [m] = polynomial - given, with the redundancy numbers of the crosses."""
     centre, scale = frame(crosses.XY)
     target_m = crosses.target_m

@@ -7,10 +7,12 @@ from hypothesis import strategies as st
 from pyproj import Proj
 
 from orient.geodesy.ellipsoid import named_ellipsoid
+from orient.solvers.engines import Engine
 from orient.solvers.polynomial_degree import (
     LEAVE_ONE_OUT,
     Crosses,
     Rule,
+    adjusted_in_metres,
     choose_degree,
     degree_choices,
     prediction_errors,
@@ -104,7 +106,7 @@ def test_prediction_errors_are_those_of_n_adjustments(seed, degree, n):
     random = np.random.default_rng(seed)
     XY = random.uniform(0.0, 400.0, (n, 2))
     target = XY * 1000.0 + random.normal(0.0, 50.0, XY.shape)
-    found = prediction_errors(Crosses(XY, target, np.ones_like(XY)), degree)
+    found = prediction_errors(adjusted_in_metres(Crosses(XY, target, np.ones_like(XY)), degree, Engine.ZLATANOV))
     for i in range(n):
         others = np.arange(n) != i
         fit = fit_sheet(Crosses(XY[others], target[others], np.ones((n - 1, 2))), Rule(degree))
@@ -116,8 +118,9 @@ def test_prediction_errors_are_those_of_n_adjustments(seed, degree, n):
 def test_a_cross_that_stands_alone_cannot_be_predicted():
     """Four crosses, three of them on a line: the fourth alone carries the slope across."""
     XY = np.array([[0.0, 0.0], [100.0, 0.0], [200.0, 0.0], [100.0, 100.0]])
-    assert prediction_errors(Crosses(XY, XY * 1000.0, np.ones_like(XY)), 1) is None
-    assert choose_degree(Crosses(XY, XY * 1000.0, np.ones_like(XY)), Rule(choice=LEAVE_ONE_OUT)) == 1
+    crosses = Crosses(XY, XY * 1000.0, np.ones_like(XY))
+    assert prediction_errors(adjusted_in_metres(crosses, 1, Engine.ZLATANOV)) is None
+    assert choose_degree(crosses, Rule(choice=LEAVE_ONE_OUT)) == 1
 
 
 class TestLeaveOneOut:
