@@ -39,7 +39,7 @@ def new(
     from orient.pipeline.runner import create
     from orient.report.runs import show_inputs
 
-    inputs = read_project(folder, _options(decimal, encoding, ignore_columns, max_rows))
+    inputs = read_project(folder, read_options(decimal, encoding, ignore_columns, max_rows))
     create(project, inputs, message)
     show_inputs(project, inputs)
 
@@ -66,15 +66,17 @@ def add(
 
     if what not in INPUT_STAGES:
         raise UsageError(f'there is no list "{what}"', f"Lists are {', '.join(INPUT_STAGES)}.")
-    options = _options(decimal, encoding, ignore_columns, max_rows)
+    options = read_options(decimal, encoding, ignore_columns, max_rows)
     given = read_input(what, files, options, photo_facts(project))
     show_added(add_input(project, given, message, again))
 
 
-def _options(decimal: str, encoding: str, ignore_columns: bool, max_rows: int) -> "ReadOptions":
+def read_options(decimal: str, encoding: str, ignore_columns: bool, max_rows: int) -> "ReadOptions":
     from orient.errors import UsageError
     from orient.intake.options import ReadOptions
+    from orient.intake.text_file import check_encoding
 
     if decimal not in ("point", "comma"):
         raise UsageError(f'--decimal is "{decimal}"', "It is point or comma.")
+    check_encoding(encoding)
     return ReadOptions("comma" if decimal == "comma" else "point", encoding, ignore_columns, max_rows)

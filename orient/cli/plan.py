@@ -7,24 +7,21 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from orient.cli.inputs import Decimal, Encoding, IgnoreColumns, MaxRows
+from orient.cli.inputs import Decimal, Encoding, IgnoreColumns, MaxRows, read_options
 from orient.cli.options import AsJson
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from orient.intake.cells import CellReader
-    from orient.intake.findings import Findings
+    from orient.intake.layout import Frame
     from orient.intake.options import ReadOptions
-    from orient.solvers.planning import Sigmas
+    from orient.solvers.planned_photo import Sigmas
 
 GRID = re.compile(r"grid:([1-9][0-9]{0,2})x([1-9][0-9]{0,2})", re.ASCII)
 MOST_PER_SIDE = 100
 MAP_SIDE = 5
 LAYOUTS = "Give grid:3x3, corners, gruber, or a CSV file with the columns point,x_mm,y_mm and, if you like, dZ_m."
-COLUMNS = ("point", "x_mm", "y_mm")
-ON_THE_EDGE = 1e-9
 
 
 def register(app: typer.Typer) -> None:
@@ -33,17 +30,11 @@ def register(app: typer.Typer) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """f, the frame with its centre as seen from the principal point, and sigma of a reading, all in mm."""
+    """f, the frame and sigma of a reading, all in mm."""
 
     f: float
-    width: float
-    height: float
-    centre: tuple[float, float]
+    frame: "Frame"
     sigma: float
-
-    def sees(self, x: float, y: float) -> bool:
-        across, along = abs(x - self.centre[0]), abs(y - self.centre[1])
-        return 2 * across <= self.width * (1 + ON_THE_EDGE) and 2 * along <= self.height * (1 + ON_THE_EDGE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,19 +80,20 @@ def plan(
 
     from orient.report.plan import show_plan
     from orient.solvers import planning
+    from orient.solvers.planned_photo import planned_photo
 
     camera = _camera(photo, f_mm, frame_mm, sigma_um)
     height = _checked("--height-m", height_m, 1e-3, 1e8, "m")
     tilt = _checked("--tilt-deg", tilt_deg, -90, 90, "degrees")
-    options = _read_options(decimal, encoding, ignore_columns, max_rows)
-    chosen = _layout(layout, camera, _checked("--margin-mm", margin_mm, 0, 1e4, "mm"), options)
+    options = read_options(decimal, encoding, ignore_columns, max_rows)
+    chosen = _layout(layout, camera.frame, _checked("--margin-mm", margin_mm, 0, 1e4, "mm"), options)
     new_heights = _checked("--ground-height-sigma-m", ground_height_sigma_m, 0, 1e8, "m")
     sigmas = _sigmas(camera, control_sigma_m, height_sigma_m)
-    planned = planning.planned_photo(
+    planned = planned_photo(
         chosen.image, chosen.names, camera.f, height, sigmas, relief=chosen.relief, tilt=radians(tilt)
     )
-    made = planning.plan(planned, _spanned(camera, MAP_SIDE, MAP_SIDE, 0.0), new_heights)
-    show_plan(made, f"{chosen.text}, frame {camera.width:g} x {camera.height:g} mm", tilt, as_json)
+    made = planning.plan(planned, _spanned(camera.frame, MAP_SIDE, MAP_SIDE, 0.0), new_heights)
+    show_plan(made, f"{chosen.text}, frame {camera.frame.width:g} x {camera.frame.height:g} mm", tilt, as_json)
 
 
 def _checked(option: str, value: float, low: float, high: float, unit: str) -> float:
@@ -116,7 +108,7 @@ def _checked(option: str, value: float, low: float, high: float, unit: str) -> f
 
 
 def _sigmas(camera: Camera, control_m: float, height_m: float) -> "Sigmas":
-    from orient.solvers.planning import Sigmas
+    from orient.solvers.planned_photo import Sigmas
 
     return Sigmas(
         camera.sigma,
@@ -129,6 +121,8 @@ def _camera(
     photo: Path | None, f_mm: float | None, frame_mm: tuple[float, float] | None, sigma_um: float | None
 ) -> Camera:
     """The file's camera, what the options say before what it says."""
+    from orient.intake.layout import Frame
+
     known = _camera_of_file(photo) if photo else {}
     given = {
         "f_mm": f_mm,
@@ -138,11 +132,14 @@ def _camera(
     }
     known |= {name: value for name, value in given.items() if value is not None}
     _check_complete(known)
-    return Camera(
-        f=_checked("--f-mm", known["f_mm"], 0.1, 1e5, "mm"),
+    frame = Frame(
         width=_checked("--frame-mm", known["frame_width_mm"], 0.5, 1e4, "mm"),
         height=_checked("--frame-mm", known["frame_height_mm"], 0.5, 1e4, "mm"),
         centre=(known.get("centre_x", 0.0), known.get("centre_y", 0.0)) if frame_mm is None else (0.0, 0.0),
+    )
+    return Camera(
+        f=_checked("--f-mm", known["f_mm"], 0.1, 1e5, "mm"),
+        frame=frame,
         sigma=_checked("--sigma-um", 1000 * known["sigma_image_mm"], 1e-6, 1e6, "um") / 1000,
     )
 
@@ -169,31 +166,20 @@ def _camera_of_file(path: Path) -> dict[str, float]:
     return known | {"centre_x": x - known["x0_mm"], "centre_y": y - known["y0_mm"]}
 
 
-def _read_options(decimal: str, encoding: str, ignore_columns: bool, max_rows: int) -> "ReadOptions":
-    from orient.errors import UsageError
-    from orient.intake.options import ReadOptions
-    from orient.intake.text_file import check_encoding
-
-    if decimal not in ("point", "comma"):
-        raise UsageError(f'--decimal is "{decimal}"', "It is point or comma.")
-    check_encoding(encoding)
-    return ReadOptions("comma" if decimal == "comma" else "point", encoding, ignore_columns, max_rows)
-
-
-def _layout(text: str, camera: Camera, margin: float, options: "ReadOptions") -> Layout:
+def _layout(text: str, frame: "Frame", margin: float, options: "ReadOptions") -> Layout:
     import numpy as np
 
     from orient.errors import UsageError
     from orient.geometry.vertical_photo import gruber_layout
 
-    if 2 * margin >= min(camera.width, camera.height):
+    if 2 * margin >= min(frame.width, frame.height):
         raise UsageError(f"--margin-mm: {margin:g} mm leave nothing of the frame", "Give a smaller margin.")
     if text == "gruber":
-        image = gruber_layout(camera.width, camera.height) + np.array(camera.centre)
+        image = gruber_layout(frame.width, frame.height) + np.array(frame.centre)
     elif sides := (2, 2) if text == "corners" else _grid_sides(text):
-        image = _spanned(camera, *sides, margin)
+        image = _spanned(frame, *sides, margin)
     else:
-        return _layout_of_file(text, camera, options)
+        return _layout_of_file(text, frame, options)
     return Layout(text, tuple(str(i) for i in range(1, len(image) + 1)), image, np.zeros(len(image)))
 
 
@@ -209,58 +195,27 @@ def _grid_sides(text: str) -> tuple[int, int] | None:
     return columns, rows
 
 
-def _spanned(camera: Camera, columns: int, rows: int, margin: float) -> "NDArray[np.float64]":
+def _spanned(frame: "Frame", columns: int, rows: int, margin: float) -> "NDArray[np.float64]":
     import numpy as np
 
     from orient.geometry.vertical_photo import grid_layout
 
-    grid = grid_layout(camera.width - 2 * margin, camera.height - 2 * margin, columns, rows)
-    return np.asarray(grid + np.array(camera.centre), dtype=np.float64)
+    grid = grid_layout(frame.width - 2 * margin, frame.height - 2 * margin, columns, rows)
+    return np.asarray(grid + np.array(frame.centre), dtype=np.float64)
 
 
-def _layout_of_file(text: str, camera: Camera, options: "ReadOptions") -> Layout:
-    """point, x_mm, y_mm [, dZ_m]: every problem of the file is named."""
+def _layout_of_file(text: str, frame: "Frame", options: "ReadOptions") -> Layout:
     import numpy as np
 
     from orient.errors import UsageError
-    from orient.intake.findings import Findings, shown
+    from orient.intake.findings import shown
+    from orient.intake.layout import read_layout
 
-    path, findings = Path(text), Findings()
+    path = Path(text)
     if path.suffix.lower() != ".csv":
         raise UsageError(f'there is no layout "{shown(text)}"', LAYOUTS)
-    rows = _rows(path, camera, options, findings)
-    findings.raise_problems()
-    numbers = np.array([row[1:] for row in rows]).reshape(-1, 3)
-    return Layout(shown(path.name), tuple(row[0] for row in rows), numbers[:, :2], numbers[:, 2])
-
-
-def _rows(
-    path: Path, camera: Camera, options: "ReadOptions", findings: "Findings"
-) -> list[tuple[str, float, float, float]]:
-    """Name, x, y, dZ of every good line."""
-    from orient.intake import csv_table
-    from orient.intake.cells import CellReader
-    from orient.intake.checks import Places
-    from orient.intake.findings import shown
-    from orient.intake.names import NameRegister
-
-    file = shown(path.name)
-    columns = csv_table.Layout(COLUMNS, optional=("dZ_m",))
-    table = csv_table.open_csv(path, file, (columns,), options, findings)
-    names, places = NameRegister(file, "point", findings), Places()
-    rows = []
-    for record in table.records if table else ():
-        cells = CellReader(file, record, options, findings)
-        name = cells.name("point", names)
-        x, y = (cells.number(axis, required=True) for axis in ("x_mm", "y_mm"))
-        dZ = cells.number("dZ_m") or 0.0
-        if x is not None and y is not None and cells.ok and places.is_new(cells, name, f'point "{shown(name)}"'):
-            _check_in_frame(cells, name, x, y, camera)
-            rows.append((name, x, y, dZ))
-    return rows
-
-
-def _check_in_frame(cells: "CellReader", name: str, x: float, y: float, camera: Camera) -> None:
-    if not camera.sees(x, y):
-        frame = f"{camera.width:g} x {camera.height:g} mm"
-        cells.problem(f'point "{name}" at {x:g}, {y:g} mm lies outside the frame of {frame}')
+    points = read_layout(path, frame, options)
+    image = np.array([(point.x, point.y) for point in points]).reshape(-1, 2)
+    return Layout(
+        shown(path.name), tuple(point.name for point in points), image, np.array([point.dZ for point in points])
+    )

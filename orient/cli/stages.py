@@ -1,22 +1,15 @@
 """Commands that compute: run, and one for each stage."""
 
 import math
-from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from typer.models import OptionInfo
 
 from orient.cli.options import Again, ProjectPath, Reason
 from orient.units import NUMBER
 from orient.values import Settings
-
-CONTROL = ("auto", "fixed", "weighted")
-CORRELATION = ("sheet", "point")
-ENGINE = ("zlatanov", "qr")
-VARIANCE = ("posteriori", "priori")
-CHOICE = ("f-test", "leave-one-out")
-RADIUS = ("exact", "polynomial")
 
 
 def register(app: typer.Typer) -> None:
@@ -26,23 +19,6 @@ def register(app: typer.Typer) -> None:
 
 LARGEST_TOLERANCE = 1e-4
 SMALLEST_SIGMA, LARGEST_SIGMA = 1e-12, 1e8
-
-Reject = Annotated[
-    bool | None, typer.Option("--reject/--keep", help="Leave flagged readings or crosses out; each is recorded.")
-]
-AllowBallpark = Annotated[
-    bool | None,
-    typer.Option("--allow-ballpark/--no-ballpark", help="Accept a datum change that is unknown or lacks its grid."),
-]
-
-
-def _one_of(words: tuple[str, ...]) -> Callable[[str | None], str | None]:
-    def check(value: str | None) -> str | None:
-        if value is not None and value not in words:
-            raise typer.BadParameter(f"{value!r} is not one of {', '.join(words)}.")
-        return value
-
-    return check
 
 
 def _small(value: float | None) -> float | None:
@@ -70,38 +46,54 @@ def _sigma(value: str) -> float | None:
     return sigma
 
 
+def _choice(name: str, words: tuple[str, ...], help_text: str) -> OptionInfo:
+    """An option that takes one of some words."""
+
+    def check(value: str | None) -> str | None:
+        if value is not None and value not in words:
+            raise typer.BadParameter(f"{value!r} is not one of {', '.join(words)}.")
+        return value
+
+    option: OptionInfo = typer.Option(name, metavar="|".join(words), callback=check, help=help_text)
+    return option
+
+
+Reject = Annotated[
+    bool | None, typer.Option("--reject/--keep", help="Leave flagged readings or crosses out; each is recorded.")
+]
+AllowBallpark = Annotated[
+    bool | None,
+    typer.Option("--allow-ballpark/--no-ballpark", help="Accept a datum change that is unknown or lacks its grid."),
+]
+
+
+Engine = Annotated[str | None, _choice("--engine", ("zlatanov", "qr"), "Algorithm Z (normal equations), or QR.")]
+Degree = Annotated[
+    str | None, typer.Option("--degree", metavar="1...5|auto", help="Degree of the polynomial; auto: chosen.")
+]
+Choice = Annotated[
+    str | None, _choice("--choice", ("f-test", "leave-one-out"), "What chooses a degree that is not given.")
+]
+Radius = Annotated[
+    str | None, _choice("--radius", ("exact", "polynomial"), "N exact, or by the paper's polynomial (Krasovsky only).")
+]
 Control = Annotated[
+    str | None, _choice("--control", ("auto", "fixed", "weighted"), "Errors of the control: as given, none, all.")
+]
+Correlation = Annotated[
     str | None,
-    typer.Option(
-        "--control",
-        metavar="|".join(CONTROL),
-        callback=_one_of(CONTROL),
-        help="Errors of the control: as given, none, all.",
-    ),
+    _choice("--correlation", ("sheet", "point"), "Errors of a map sheet: common to its points, or each point apart."),
 ]
 Variance = Annotated[
-    str | None,
-    typer.Option(
-        "--variance",
-        metavar="|".join(VARIANCE),
-        callback=_one_of(VARIANCE),
-        help="Which sigma0 scales the covariances.",
-    ),
-]
-EngineName = Annotated[
-    str | None,
-    typer.Option(
-        "--engine",
-        metavar="|".join(ENGINE),
-        callback=_one_of(ENGINE),
-        help="Algorithm Z polished by QR, or QR alone.",
-    ),
+    str | None, _choice("--variance", ("posteriori", "priori"), "Which sigma0 scales the covariances.")
 ]
 MaxIterations = Annotated[int | None, typer.Option("--max-iterations", min=1, max=1000)]
 Tolerance = Annotated[
     float | None,
     typer.Option("--tolerance", callback=_small, help="Largest scaled step that counts as converged."),
 ]
+MaxIterations = Annotated[int | None, typer.Option("--max-iterations", min=1, max=1000)]
+Pairs = Annotated[bool | None, typer.Option("--pairs/--no-pairs", help="Also between all pairs of points.")]
 
 
 def run(
@@ -118,32 +110,29 @@ def run(
     progress.close_with(results, project)
 
 
-def refine(project: ProjectPath, message: Reason = "refine", again: Again = False, reject: Reject = None) -> None:
+def refine(
+    project: ProjectPath,
+    message: Reason = "refine",
+    again: Again = False,
+    engine: Engine = None,
+    reject: Reject = None,
+) -> None:
     """Image coordinates: cycle means, interior orientation, distortion, refraction, curvature."""
-    _stage(project, "refine", _given(reject=reject), message, again)
+    _stage(project, "refine", _given(engine=engine, reject=reject), message, again)
 
 
 def digitize(
     project: ProjectPath,
     message: Reason = "digitize",
     again: Again = False,
-    degree: Annotated[
-        str | None, typer.Option("--degree", metavar="1...5|auto", help="Degree of the polynomial; auto: chosen.")
-    ] = None,
-    choice: Annotated[
-        str | None,
-        typer.Option(
-            "--choice",
-            metavar="|".join(CHOICE),
-            callback=_one_of(CHOICE),
-            help="What chooses a degree that is not given.",
-        ),
-    ] = None,
+    degree: Degree = None,
+    choice: Choice = None,
+    engine: Engine = None,
     reject: Reject = None,
 ) -> None:
     """Map points by the polynomial of their sheet, with covariance; bad crosses are named."""
     asked = {} if degree is None else {"degree": _degree(degree)}
-    _stage(project, "digitize", {**_given(choice=choice, reject=reject), **asked}, message, again)
+    _stage(project, "digitize", {**_given(choice=choice, engine=engine, reject=reject), **asked}, message, again)
 
 
 def bl(
@@ -154,18 +143,7 @@ def bl(
 
 
 def topocentric(
-    project: ProjectPath,
-    message: Reason = "topocentric",
-    again: Again = False,
-    radius: Annotated[
-        str | None,
-        typer.Option(
-            "--radius",
-            metavar="|".join(RADIUS),
-            callback=_one_of(RADIUS),
-            help="N exact, or by the paper's polynomial (Krasovsky only).",
-        ),
-    ] = None,
+    project: ProjectPath, message: Reason = "topocentric", again: Again = False, radius: Radius = None
 ) -> None:
     """Topocentric coordinates T and T' of all points."""
     _stage(project, "topocentric", _given(radius=radius), message, again)
@@ -176,17 +154,9 @@ def resection(
     message: Reason = "resection",
     again: Again = False,
     control: Control = None,
-    correlation: Annotated[
-        str | None,
-        typer.Option(
-            "--correlation",
-            metavar="|".join(CORRELATION),
-            callback=_one_of(CORRELATION),
-            help="Errors of a map sheet: common to its points, or each point apart.",
-        ),
-    ] = None,
+    correlation: Correlation = None,
     variance: Variance = None,
-    engine: EngineName = None,
+    engine: Engine = None,
     max_iterations: MaxIterations = None,
     tolerance: Tolerance = None,
 ) -> None:
@@ -202,12 +172,7 @@ def resection(
     _stage(project, "resection", given, message, again)
 
 
-def covariance(
-    project: ProjectPath,
-    message: Reason = "covariance",
-    again: Again = False,
-    pairs: Annotated[bool | None, typer.Option("--pairs/--no-pairs", help="Also between all pairs of points.")] = None,
-) -> None:
+def covariance(project: ProjectPath, message: Reason = "covariance", again: Again = False, pairs: Pairs = None) -> None:
     """Covariance of the ground points, K = C Q C', and error ellipses."""
     _stage(project, "covariance", _given(pairs=pairs), message, again)
 
@@ -234,7 +199,7 @@ def absolute(
         typer.Option("--small-angles/--no-small-angles", help="Also the small-angle formulas, beside the rigorous."),
     ] = None,
     variance: Variance = None,
-    engine: EngineName = None,
+    engine: Engine = None,
     max_iterations: MaxIterations = None,
     tolerance: Tolerance = None,
 ) -> None:

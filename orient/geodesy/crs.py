@@ -27,7 +27,6 @@ Array = NDArray[np.float64]
 Area = tuple[float, float, float, float]
 """West, south, east, north in degrees."""
 CrsKind = Literal["geographic", "projected", "geocentric", "vertical", "other"]
-HeightKind = Literal["ellipsoidal", "vertical", "none"]
 
 LONGEST_TEXT = 1000
 FILE_REFERENCE = re.compile(r"grids?\s*=|init\s*=|parameterfile|\bfile\s*=|catalog\s*=", re.IGNORECASE)
@@ -108,16 +107,6 @@ def crs_kind(crs: CRS) -> CrsKind:
     return "vertical" if horizontal.is_vertical else "other"
 
 
-def height_kind(crs: CRS) -> HeightKind:
-    """What H is in this system: `vertical` (a vertical datum is named: compound system), `ellipsoidal`, or `none`.
-
-    A two-dimensional system counts as `ellipsoidal`: that is how `find_operation` takes its heights.
-    """
-    if crs.is_vertical or (crs.is_compound and any(part.is_vertical for part in crs.sub_crs_list)):
-        return "vertical"
-    return "ellipsoidal" if crs_kind(crs) in ("geographic", "projected") else "none"
-
-
 def horizontal_part(crs: CRS) -> CRS:
     """The system without its vertical part and without bound parameters (+towgs84)."""
     if crs.is_bound and crs.source_crs is not None:
@@ -139,11 +128,6 @@ def ground_ellipsoid(crs: CRS) -> Ellipsoid:
 def geographic_crs_of(ellipsoid: Ellipsoid) -> CRS:
     """The three-dimensional geographic system of a bare ellipsoid or sphere: a figure without datum."""
     return CRS.from_user_input(f"+proj=longlat {figure(ellipsoid)} +type=crs").to_3d()
-
-
-def geocentric_crs_of(ellipsoid: Ellipsoid) -> CRS:
-    """The geocentric system of a bare ellipsoid or sphere: a figure without datum."""
-    return CRS.from_user_input(f"+proj=geocent {figure(ellipsoid)} +units=m +type=crs")
 
 
 def figure(ellipsoid: Ellipsoid) -> str:

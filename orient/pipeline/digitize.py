@@ -10,7 +10,8 @@ from orient.geometry.polynomial import exponents
 from orient.pipeline.ground import Ground, ground_of
 from orient.pipeline.tables import Array, columns, group, names, number, or_none, packed_rows, single
 from orient.solvers.cycle_means import CycleMeans, cycle_means
-from orient.solvers.polynomial_degree import F_TEST, LEAVE_ONE_OUT, degree_choices
+from orient.solvers.engines import Engine
+from orient.solvers.polynomial_degree import F_TEST, LEAVE_ONE_OUT, Crosses, Rule, degree_choices
 from orient.solvers.polynomial_fit import SheetFit, Suspect, fit_sheet, predict, suspects
 from orient.units import RADIANS_PER_DEGREE
 from orient.values import Event, Outcome, Row, Settings, Tables
@@ -24,8 +25,7 @@ class Sheet:
     crosses: Sequence[Row]
     readings: Sequence[Row]
     ground: Ground
-    degree: int | None
-    choice: str
+    rule: Rule
     reject: bool
 
     @property
@@ -49,8 +49,8 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
         name = str(row["sheet"])
         degree = settings["degree"] if settings["degree"] is not None else row["degree"]
         asked = None if degree is None else int(degree)
-        how = str(settings["choice"]), bool(settings["reject"])
-        sheet = Sheet(row, crosses[name], readings.get(name, []), ground, asked, *how)
+        rule = Rule(asked, str(settings["choice"]), Engine(str(settings["engine"])))
+        sheet = Sheet(row, crosses[name], readings.get(name, []), ground, rule, bool(settings["reject"]))
         fit, fit_tables, remarks = _fitted(sheet)
         points, cycle_remarks = _points(sheet, fit)
         for table, rows in {**fit_tables, "digitized_point": points}.items():
@@ -66,34 +66,32 @@ def _fitted(sheet: Sheet) -> tuple[SheetFit, dict[str, list[Row]], list[Event]]:
     target = columns(sheet.crosses, *(("B_deg", "L_deg") if sheet.is_geographic else ("N_m", "E_m")))
     factors = metres_per_unit(target, sheet.is_geographic, sheet.ground)
     carries = np.array([row["role"] == "fit" for row in sheet.crosses])
-    labels = names(sheet.crosses, "cross")
-    given = (XY, target, factors, sheet.degree, carries)
-    bad, cleaned = suspects(*given, choice=sheet.choice, sheet=sheet.name, names=labels)
+    crosses = Crosses(XY, target, factors, sheet.name, tuple(names(sheet.crosses, "cross")))
+    bad, cleaned = suspects(crosses, sheet.rule, carries)
     rejected = {suspect.index for suspect in bad} if sheet.reject else set()
-    fit = cleaned if rejected else fit_sheet(*given, choice=sheet.choice, sheet=sheet.name, names=labels)
+    fit = cleaned if rejected else fit_sheet(crosses, sheet.rule, carries)
     tables = {
         "sheet_transform": [_transform_row(sheet, fit)],
         "sheet_coefficient": _coefficient_rows(sheet, fit),
         "sheet_cofactor": _cofactor_rows(sheet, fit),
         "cross_residual": _residual_rows(sheet, fit, bad, rejected),
     }
-    remarks = _two_choices(sheet, fit, XY, target, factors)
-    return fit, tables, remarks + _bad_crosses(sheet.name, labels, bad, cleaned, bool(rejected))
+    remarks = _two_choices(sheet, fit, crosses)
+    return fit, tables, remarks + _bad_crosses(crosses, bad, cleaned, bool(rejected))
 
 
-def _two_choices(sheet: Sheet, fit: SheetFit, XY: Array, target: Array, factors: Array) -> list[Event]:
+def _two_choices(sheet: Sheet, fit: SheetFit, crosses: Crosses) -> list[Event]:
     """A remark when the two rules want different degrees, with what each of them promises for a new point."""
-    if sheet.degree is not None:
+    if sheet.rule.degree is not None:
         return []
-    used = fit.is_fit
-    choices = degree_choices(XY[used], target[used], factors[used])
+    choices = degree_choices(crosses.only(fit.is_fit), sheet.rule.engine)
     if choices.f_test == choices.leave_one_out:
         return []
     words = (
         f"{name} degree {degree}{_predicted(choices.prediction_m.get(degree))}"
         for name, degree in ((F_TEST, choices.f_test), (LEAVE_ONE_OUT, choices.leave_one_out))
     )
-    message = f"sheet {sheet.name}: {' and '.join(words)} differ; degree {fit.degree} is used ({sheet.choice})"
+    message = f"sheet {sheet.name}: {' and '.join(words)} differ; degree {fit.degree} is used ({sheet.rule.choice})"
     return [Event("info", "degree_choices", sheet.name, message, float(fit.degree))]
 
 
@@ -111,18 +109,17 @@ def metres_per_unit(target: Array, is_geographic: bool, ground: Ground) -> Array
     return np.column_stack([north, east]) * RADIANS_PER_DEGREE
 
 
-def _bad_crosses(
-    sheet: str, labels: Sequence[str], bad: Sequence[Suspect], cleaned: SheetFit, is_rejected: bool
-) -> list[Event]:
+def _bad_crosses(crosses: Crosses, bad: Sequence[Suspect], cleaned: SheetFit, is_rejected: bool) -> list[Event]:
     events = []
     for suspect in bad:
         north, east = cleaned.residuals_m[suspect.index]
         what = "left out" if is_rejected else "kept; leave it out with: orient digitize PROJECT --reject"
+        sheet, cross = crosses.sheet, crosses.names[suspect.index]
         message = (
-            f"sheet {sheet}, cross {labels[suspect.index]}: the other crosses put it {-north:+.1f} m north, "
+            f"sheet {sheet}, cross {cross}: the other crosses put it {-north:+.1f} m north, "
             f"{-east:+.1f} m east of the polynomial (chance {suspect.corrected_probability:.1e}); {what}"
         )
-        events.append(Event("warning", "bad_cross", f"{sheet} {labels[suspect.index]}", message, suspect.statistic))
+        events.append(Event("warning", "bad_cross", f"{sheet} {cross}", message, suspect.statistic))
     return events
 
 

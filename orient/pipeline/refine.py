@@ -14,6 +14,7 @@ from orient.errors import OrientError
 from orient.geometry import distortion, earth_curvature, plane, refraction
 from orient.pipeline.tables import Array, columns, number, or_none, required, single
 from orient.solvers.cycle_means import CycleMeans, cycle_means
+from orient.solvers.engines import Engine
 from orient.solvers.interior_orientation import InteriorFit, fit_interior
 from orient.values import Event, Outcome, Row, Settings, Tables
 
@@ -52,7 +53,8 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     marks, points = (_means_of(kind, readings, cycles, sigma) for kind in (FIDUCIAL, "point"))
     if not points.points:
         raise OrientError("the readings contain no point", 'Add rows with kind = "point" to readings.csv.')
-    interior, chosen = _interior(photo, photo_tables.get("fiducial_mark", ()), marks, events)
+    engine = Engine(str(settings["engine"]))
+    interior, chosen = _interior(photo, photo_tables.get("fiducial_mark", ()), marks, engine, events)
     rows = _image_points(points, interior, photo, photo_tables)
     events += _curvature_event(rows, photo)
     residuals = _cycle_rows(readings, cycles)
@@ -112,7 +114,7 @@ def _cycle_events(readings: Sequence[Row], cycles: CycleMeans, xy: Array, aprior
 
 
 def _interior(
-    photo: Row, marks: Sequence[Row], measured: Means, events: list[Event]
+    photo: Row, marks: Sequence[Row], measured: Means, engine: Engine, events: list[Event]
 ) -> tuple[InteriorFit | None, list[str]]:
     """The fit and the names of the marks that carry it; None where no interior orientation is asked for."""
     transformation = str(photo["interior_transformation"])
@@ -126,7 +128,7 @@ def _interior(
     events += [_mark_event(mark, "is read but not calibrated") for mark in measured.points if mark not in calibrated]
     events += [_mark_event(mark, "is calibrated but not read") for mark in calibrated if mark not in chosen]
     target = columns([calibrated[mark] for mark in chosen], "x_mm", "y_mm")
-    fit = fit_interior(measured.xy[both], target, transformation, marks=chosen)
+    fit = fit_interior(measured.xy[both], target, transformation, marks=chosen, engine=engine)
     if fit.is_mirrored:
         message = "the readings are mirrored against the fiducial marks; is the photo measured from its back?"
         events.append(Event("warning", "mirrored", "", message))

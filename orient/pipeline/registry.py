@@ -20,6 +20,8 @@ class Stage:
 
     Settings of the current version hold for the next one too, but for `not_kept`: a consent is given once.
     `wanted_with` is the list that a user adds because of this stage: without it nothing is missing.
+    `formerly`: what versions were made with before a setting existed. Such a version stays what it is, current and
+    fresh, and its successor is made in the same way unless the user says otherwise.
     """
 
     name: str
@@ -31,6 +33,7 @@ class Stage:
     settings: Mapping[str, str | int | float | bool | None] = field(default_factory=dict)
     not_kept: tuple[str, ...] = ()
     wanted_with: str = ""
+    formerly: Mapping[str, str | int | float | bool | None] = field(default_factory=dict)
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -54,14 +57,16 @@ STAGES = (
         1,
         "image coordinates: cycle means, interior orientation, distortion, refraction, curvature",
         required=("photo", "readings"),
-        settings={"reject": False},
+        settings={"engine": "zlatanov", "reject": False},
+        formerly={"engine": "qr"},
     ),
     Stage(
         "digitize",
         1,
         "map points: polynomial of each sheet",
         required=("photo", "sheet"),
-        settings={"degree": None, "choice": "f-test", "reject": False},
+        settings={"engine": "zlatanov", "degree": None, "choice": "f-test", "reject": False},
+        formerly={"engine": "qr"},
     ),
     Stage(
         "bl",

@@ -128,8 +128,9 @@ def _run(project: Project, stage: Stage, settings: Settings, reason: str, again:
     heads = project.heads()
     inputs = {name: heads[name] for name in stage.inputs if name in heads}
     full = _full_settings(stage, heads.get(stage.name), settings)
-    digest = input_digest(stage.name, stage.version, full, {name: run.output_digest for name, run in inputs.items()})
-    known = None if again else project.find_run_by_digest(stage.name, digest)
+    basis = {name: run.output_digest for name, run in inputs.items()}
+    digest = input_digest(stage.name, stage.version, full, basis)
+    known = None if again else _known_run(project, stage, full, basis)
     if known is not None:
         return _reuse(project, stage, known, reason)
     outcome = _compute(stage, {name: project.read_tables(run.run_id) for name, run in inputs.items()}, full)
@@ -149,6 +150,16 @@ def _run(project: Project, stage: Stage, settings: Settings, reason: str, again:
         select=True,
     )
     return Result(stage.name, project.append(new), computed=True, events=outcome.events, hint=outcome.hint)
+
+
+def _known_run(project: Project, stage: Stage, full: Settings, basis: Mapping[str, str]) -> RunInfo | None:
+    """A run on the same inputs with the same settings, or with those that it had before `formerly` was a setting."""
+    short = {key: value for key, value in full.items() if key not in stage.formerly or value != stage.formerly[key]}
+    for settings in (full, short):
+        digest = input_digest(stage.name, stage.version, settings, basis)
+        if known := project.find_run_by_digest(stage.name, digest):
+            return known
+    return None
 
 
 def _same_failure(project: Project, stage: Stage, digest: str, outcome: Outcome) -> RunInfo | None:
@@ -179,7 +190,8 @@ def _full_settings(stage: Stage, head: RunInfo | None, given: Settings) -> Setti
     unknown = set(given) - set(stage.settings)
     if unknown:
         raise UsageError(f"{stage.name} has no setting {', '.join(sorted(unknown))}")
-    kept = {key: value for key, value in (head.settings if head else {}).items() if key in _kept_names(stage)}
+    made_with = {**stage.formerly, **head.settings} if head else {}
+    kept = {key: value for key, value in made_with.items() if key in _kept_names(stage)}
     return {**stage.settings, **kept, **given}
 
 

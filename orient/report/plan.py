@@ -7,9 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from orient.report.text import console, one_line, print_table
+from orient.solvers.control_effects import Effect
 from orient.solvers.functional_iteration import WEAK_CORRELATION, WEAK_RATIO
 from orient.solvers.ground_covariance import Ellipse, error_ellipse
-from orient.solvers.planning import Effect, Plan, ground_by_use
+from orient.solvers.planning import Plan
+from orient.solvers.predicted_ground import ground_by_use
 from orient.units import ARC_SECONDS_PER_RADIAN, DEGREES_PER_RADIAN
 
 MICROMETRES = 1000.0

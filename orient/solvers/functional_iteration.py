@@ -206,9 +206,12 @@ def cofactor_matrix(linear: Linearised) -> FloatArray:
     return np.asarray(inverse @ inverse.T)
 
 
-def condition_ratio(triangle: FloatArray) -> float:
-    """Smallest to largest singular value after scaling every column to length 1; 0 if a column is empty."""
-    values = np.linalg.svd(_unit_columns(triangle), compute_uv=False)
+def condition_ratio(rows: FloatArray) -> float:
+    """Smallest to largest singular value after scaling every column to length 1; 0 if a column is empty.
+
+    `rows` (n, u), n >= u: a design matrix or its triangle.
+    """
+    values = np.linalg.svd(_unit_columns(rows), compute_uv=False)
     return float(values[-1] / values[0]) if values[0] > 0 else 0.0
 
 

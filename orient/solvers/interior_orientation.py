@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 from orient.errors import GeometryError
 from orient.geometry import plane
+from orient.solvers.engines import Engine
+from orient.solvers.linear_adjustment import adjust, weakest_unknown
 
 Vector = NDArray[np.float64]
 
@@ -36,7 +38,12 @@ class InteriorFit:
 
 
 def fit_interior(
-    measured: Vector, calibrated: Vector, transformation: str, *, marks: Sequence[str] = ()
+    measured: Vector,
+    calibrated: Vector,
+    transformation: str,
+    *,
+    marks: Sequence[str] = (),
+    engine: Engine = Engine.ZLATANOV,
 ) -> InteriorFit:
     """v = T(X) - x: least squares of the fiducial marks in the calibrated system, all with the same weight.
 
@@ -52,14 +59,12 @@ def fit_interior(
     _refuse(measured, calibrated, transformation, labels)
     centre, scale = np.mean(measured, axis=0), float(np.max(np.abs(measured - np.mean(measured, axis=0))))
     reduced = (measured - centre) / scale
-    solution = _solve(reduced, calibrated, transformation)
+    solution, R_inverse = _solve(reduced, calibrated, transformation, labels, engine)
     parameters, J = _from_reduced(solution, transformation, centre, scale)
-    A = _design(solution, transformation, reduced)
-    R_inverse = np.linalg.inv(np.linalg.qr(A, mode="r"))
     cofactor = J @ R_inverse @ R_inverse.T @ J.T
     transformed = plane.apply(transformation, solution, reduced)
     residuals = transformed - calibrated
-    redundancy = A.shape[0] - A.shape[1]
+    redundancy = residuals.size - len(parameters)
     sigma0 = float(np.sqrt(np.sum(residuals**2) / redundancy)) if redundancy > 0 else None
     return InteriorFit(
         transformation=transformation,
@@ -75,17 +80,21 @@ def fit_interior(
     )
 
 
-def _solve(reduced: Vector, calibrated: Vector, transformation: str) -> Vector:
+def _solve(
+    reduced: Vector, calibrated: Vector, transformation: str, labels: Sequence[str], engine: Engine
+) -> tuple[Vector, Vector]:
+    """Parameters, and R^-1 of the equations about them."""
+    names = plane.parameter_names(transformation)
     parameters = _start(reduced, calibrated, transformation)
     for _ in range(MAX_ITERATIONS):
-        A = _design(parameters, transformation, reduced)
+        A = _design(parameters, transformation, reduced, labels)
         L = (plane.apply(transformation, parameters, reduced) - calibrated).ravel()
-        Q_factor, R_factor = np.linalg.qr(A)
-        step = -np.linalg.solve(R_factor, Q_factor.T @ L)
+        step = adjust(names, A, L, engine).X
         parameters = parameters + step
         if np.max(np.abs(step)) <= 1e-13 * np.max(np.abs(parameters)):
             break
-    return parameters
+    A = _design(parameters, transformation, reduced, labels)
+    return parameters, adjust(names, A, np.zeros(len(A)), engine).R_inverse
 
 
 def _start(reduced: Vector, calibrated: Vector, transformation: str) -> Vector:
@@ -114,13 +123,14 @@ def _start(reduced: Vector, calibrated: Vector, transformation: str) -> Vector:
     return np.asarray(parameters)
 
 
-def _design(parameters: Vector, transformation: str, reduced: Vector) -> Vector:
+def _design(parameters: Vector, transformation: str, reduced: Vector, labels: Sequence[str]) -> Vector:
     partials = plane.partials(transformation, parameters, reduced)
     A = partials.reshape(-1, partials.shape[-1])
     singular = np.linalg.svd(A / np.maximum(np.linalg.norm(A, axis=0), 1e-300), compute_uv=False)
     if singular[-1] < SINGULAR_RATIO * singular[0]:
+        weakest = weakest_unknown(plane.parameter_names(transformation), A)
         raise GeometryError(
-            f"the fiducial marks do not determine a {transformation} transformation",
+            f"the fiducial marks {', '.join(labels)} do not determine {weakest} of a {transformation} transformation",
             "Measure marks that do not lie on one line, or use a simpler transformation.",
         )
     return A

@@ -14,9 +14,12 @@ from numpy.typing import NDArray
 
 from orient.errors import GeometryError
 from orient.geometry.vertical_photo import design, design_parts, focal_transformation
+from orient.solvers.functional_iteration import condition_ratio
+from orient.solvers.linear_adjustment import adjust
 
 FloatArray = NDArray[np.float64]
 
+ELEMENTS = ("X_S", "Y_S", "Z_S", "alpha", "omega", "kappa")
 SINGULAR_RATIO = 1e-8
 ROUNDING = 1e-12
 SYMMETRIC = 1e-9
@@ -210,12 +213,10 @@ def _root(points: FloatArray) -> FloatArray:
     """F (6, 6) with Q(0) = F F'."""
     if not np.isfinite(points).all() or len(points) < 3:
         raise _undetermined()
-    R = np.linalg.qr(design(points, 0.0).reshape(-1, 6), mode="r")
-    norms = np.linalg.norm(R, axis=0)
-    values = np.linalg.svd(R / np.where(norms > 0, norms, 1.0), compute_uv=False)
-    if not values[-1] > SINGULAR_RATIO * values[0]:
+    rows = design(points, 0.0).reshape(-1, 6)
+    if not condition_ratio(rows) > SINGULAR_RATIO:
         raise _undetermined()
-    return np.asarray(np.linalg.inv(R))
+    return adjust(ELEMENTS, rows, np.zeros(len(rows))).R_inverse
 
 
 def _undetermined() -> GeometryError:

@@ -1,6 +1,5 @@
 """The polynomial of a map sheet: digitiser (X, Y) -> (B, L) or (N, E), from the crosses of its graticule or grid."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,15 +7,17 @@ from numpy.typing import NDArray
 
 from orient.errors import GeometryError
 from orient.geometry import polynomial
+from orient.solvers.linear_adjustment import adjust, weakest_unknown
 from orient.solvers.outlier_test import LEVEL, ShiftTest, mean_shift_test
 from orient.solvers.polynomial_degree import (
-    F_TEST,
     HIGHEST_DEGREE,
+    Crosses,
+    Rule,
     choose_degree,
     condition_ratio,
     design,
     frame,
-    rounding_m,
+    term_names,
     terms,
 )
 
@@ -27,6 +28,7 @@ LINE_RATIO = 1e-3
 """Width to length of the crosses below which they are one line: a quarter of a millimetre on half a metre of paper."""
 SINGULAR_RATIO = 1e-4
 """Singular-value ratio that is lost in the reading error of a map: refused."""
+BY_TEST = Rule()
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,37 +78,22 @@ class Suspect:
     corrected_probability: float
 
 
-def fit_sheet(
-    XY: Vector,
-    target: Vector,
-    metres_per_unit: Vector,
-    degree: int | None = None,
-    is_fit: Mask | None = None,
-    *,
-    choice: str = F_TEST,
-    sheet: str = "",
-    names: Sequence[str] = (),
-) -> SheetFit:
-    """B = sum a_jk u^j v^k, L = sum b_jk u^j v^k (or N, E): least squares over the crosses, by QR.
+def fit_sheet(crosses: Crosses, rule: Rule = BY_TEST, is_fit: Mask | None = None) -> SheetFit:
+    """B = sum a_jk u^j v^k, L = sum b_jk u^j v^k (or N, E): least squares over the crosses, v = polynomial - given.
 
-    XY (n, 2) digitiser [mm]; target (n, 2) B, L [deg] or N, E [m]; metres_per_unit (n, 2) ground metres per unit of the
-    target at each cross (M rho, N cos B rho; ones for a grid); `is_fit` (n,) crosses that carry the fit, all by
-    default; `sheet`, `names` for the messages. v = polynomial - given.
-
-    Without a `degree` it is chosen by `choice`: "f-test" or "leave-one-out" (`polynomial_degree`).
+    `is_fit` (n,): crosses that carry the fit, all by default.
 
     Refuses (GeometryError) too few crosses, crosses on one line or on a curve of the degree, two crosses in one place.
     Source: seed 004, equation (1).
     """
-    used = np.ones(len(XY), dtype=np.bool_) if is_fit is None else is_fit.astype(np.bool_)
-    labels = tuple(names) or tuple(str(i + 1) for i in range(len(XY)))
-    title = f"sheet {sheet}" if sheet else "the sheet"
-    _refuse_few(int(used.sum()), degree, title)
-    _refuse_repeated(XY[used], [label for label, is_used in zip(labels, used, strict=True) if is_used], title)
-    _refuse_line(XY[used], title)
-    chosen = degree if degree is not None else choose_degree(XY[used], target[used], metres_per_unit[used], choice)
-    _refuse_curve(XY[used], chosen, title)
-    return _fit(XY, target, metres_per_unit, chosen, used, choice if degree is None else "given")
+    used = np.ones(len(crosses.XY), dtype=np.bool_) if is_fit is None else is_fit.astype(np.bool_)
+    carrying = crosses.only(used)
+    _refuse_few(len(carrying.XY), rule.degree, crosses.title)
+    _refuse_repeated(carrying)
+    _refuse_line(carrying)
+    degree = choose_degree(carrying, rule)
+    _refuse_curve(carrying, degree)
+    return _fit(crosses, carrying, degree, used, rule)
 
 
 def predict(fit: SheetFit, XY: Vector) -> SheetPrediction:
@@ -120,29 +107,19 @@ def predict(fit: SheetFit, XY: Vector) -> SheetPrediction:
 
 
 def suspects(
-    XY: Vector,
-    target: Vector,
-    metres_per_unit: Vector,
-    degree: int | None = None,
-    is_fit: Mask | None = None,
-    *,
-    choice: str = F_TEST,
-    sheet: str = "",
-    names: Sequence[str] = (),
+    crosses: Crosses, rule: Rule = BY_TEST, is_fit: Mask | None = None
 ) -> tuple[tuple[Suspect, ...], SheetFit]:
     """Bad crosses, the worst first, and the fit without them. Arguments as `fit_sheet`.
 
     The cross with the most improbable shift is named when its probability times the number of crosses is below 1 %;
     then the sheet is fitted without it (and its degree chosen anew unless given), while a redundancy of two remains.
     """
-    used = np.ones(len(XY), dtype=np.bool_) if is_fit is None else is_fit.astype(np.bool_)
     found: list[Suspect] = []
-    fit = fit_sheet(XY, target, metres_per_unit, degree, used, choice=choice, sheet=sheet, names=names)
+    fit = fit_sheet(crosses, rule, is_fit)
     while (suspect := _worst(fit)) is not None:
         found.append(suspect)
-        used = used & (np.arange(len(XY)) != suspect.index)
         try:
-            fit = fit_sheet(XY, target, metres_per_unit, degree, used, choice=choice, sheet=sheet, names=names)
+            fit = fit_sheet(crosses, rule, fit.is_fit & (np.arange(len(crosses.XY)) != suspect.index))
         except GeometryError:
             # without this cross the sheet is not determined: name it, but keep the fit that exists
             break
@@ -157,42 +134,37 @@ def _worst(fit: SheetFit) -> Suspect | None:
     return Suspect(index, fit.shift.statistic[index] or 0.0, fit.shift.probability[index] or 0.0, corrected)
 
 
-def _fit(XY: Vector, target: Vector, metres_per_unit: Vector, degree: int, used: Mask, chosen_by: str) -> SheetFit:
-    centre, scale = frame(XY[used])
-    F = design((XY - centre) / scale, degree)
+def _fit(crosses: Crosses, carrying: Crosses, degree: int, used: Mask, rule: Rule) -> SheetFit:
+    centre, scale = frame(carrying.XY)
+    F = design((crosses.XY - centre) / scale, degree)
     # numbers such as 6 213 023 m would cost digits in the coefficients of small terms
-    origin = np.mean(target[used], axis=0)
-    Q_factor, R_factor = np.linalg.qr(F[used])
-    R_inverse = np.linalg.solve(R_factor, np.eye(len(R_factor)))
-    coefficients = R_inverse @ (Q_factor.T @ (target[used] - origin))
-    residuals = F @ coefficients - (target - origin)
-    coefficients[0] += origin
+    origin = np.mean(carrying.target, axis=0)
+    adjustment = adjust(term_names(degree), F[used], origin - carrying.target, rule.engine)
+    residuals = F @ adjustment.X - (crosses.target - origin)
+    coefficients = adjustment.X + np.outer(np.arange(F.shape[1]) == 0, origin)
     redundancy = int(used.sum()) - F.shape[1]
-    leverage = np.sum(Q_factor**2, axis=1)
     return SheetFit(
         degree=degree,
-        degree_chosen_by=chosen_by,
+        degree_chosen_by=rule.chosen_by,
         centre_mm=centre,
         scale_mm=scale,
         coefficients=coefficients,
-        cofactor=R_inverse @ R_inverse.T,
-        condition_ratio=condition_ratio(XY[used], degree),
+        cofactor=adjustment.Q_x,
+        condition_ratio=condition_ratio(carrying.XY, degree),
         redundancy=redundancy,
         sigma0=_sigma0(residuals[used], redundancy),
-        sigma0_m=_sigma0(residuals[used] * metres_per_unit[used], redundancy),
+        sigma0_m=_sigma0(residuals[used] * carrying.metres_per_unit, redundancy),
         is_fit=used,
-        residuals_m=residuals * metres_per_unit,
-        redundancy_numbers=_spread(1.0 - leverage, used),
-        shift=_shift(residuals[used], target[used], metres_per_unit[used], 1.0 - leverage, redundancy, used),
+        residuals_m=residuals * crosses.metres_per_unit,
+        redundancy_numbers=_spread(adjustment.redundancy_numbers, used),
+        shift=_shift(residuals[used], carrying, adjustment.redundancy_numbers, redundancy, used),
     )
 
 
-def _shift(
-    residuals: Vector, target: Vector, metres_per_unit: Vector, numbers: Vector, redundancy: int, used: Mask
-) -> ShiftTest:
+def _shift(residuals: Vector, carrying: Crosses, numbers: Vector, redundancy: int, used: Mask) -> ShiftTest:
     # one mean factor for the sheet: residuals stay a projection of the errors, as the F distribution demands
-    factor = np.mean(metres_per_unit, axis=0)
-    test = mean_shift_test(residuals * factor, numbers, redundancy, rounding_m(target, metres_per_unit))
+    factor = np.mean(carrying.metres_per_unit, axis=0)
+    test = mean_shift_test(residuals * factor, numbers, redundancy, carrying.rounding_m)
     place = np.cumsum(used) - 1
     return ShiftTest(
         tuple(test.statistic[k] if is_used else None for k, is_used in zip(place, used, strict=True)),
@@ -228,32 +200,35 @@ def _refuse_few(n: int, degree: int | None, title: str) -> None:
     )
 
 
-def _refuse_repeated(XY: Vector, labels: Sequence[str], title: str) -> None:
+def _refuse_repeated(crosses: Crosses) -> None:
     first: dict[tuple[float, ...], str] = {}
-    for label, place in zip(labels, map(tuple, XY.tolist()), strict=True):
+    for label, place in zip(crosses.names, map(tuple, crosses.XY.tolist()), strict=True):
         if place in first:
             raise GeometryError(
-                f"{title}: crosses {first[place]} and {label} have the same X, Y",
+                f"{crosses.title}: crosses {first[place]} and {label} have the same X, Y",
                 "Remove or measure again one of them.",
             )
         first[place] = label
 
 
-def _refuse_line(XY: Vector, title: str) -> None:
-    centred = XY - np.mean(XY, axis=0)
+def _refuse_line(crosses: Crosses) -> None:
+    centred = crosses.XY - np.mean(crosses.XY, axis=0)
     along = centred @ np.linalg.svd(centred, full_matrices=False)[2].T
     length, width = np.max(along, axis=0) - np.min(along, axis=0)
     if width < LINE_RATIO * length:
         raise GeometryError(
-            f"{title}: the crosses lie on one line (off by {width:.3g} mm in {length:.4g} mm)",
+            f"{crosses.title}: the crosses lie on one line (off by {width:.3g} mm in {length:.4g} mm)",
             "Measure crosses on both sides of the line.",
         )
 
 
-def _refuse_curve(XY: Vector, degree: int, title: str) -> None:
+def _refuse_curve(crosses: Crosses, degree: int) -> None:
+    XY = crosses.XY
     if degree > 1 and condition_ratio(XY, degree) < SINGULAR_RATIO:
+        centre, scale = frame(XY)
+        term = weakest_unknown(term_names(degree), design((XY - centre) / scale, degree))
         raise GeometryError(
-            f"{title}: the {len(XY)} crosses lie on one curve of degree {degree} (such as {degree} straight rows), "
-            f"so that degree {degree} is not determined",
+            f"{crosses.title}: the {len(XY)} crosses lie on one curve of degree {degree} (such as {degree} straight "
+            f"rows), so that degree {degree} is not determined: its term {term} depends on those before it",
             "Give a lower degree or measure crosses off the curve.",
         )

@@ -11,8 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orient.errors import OrientError
-from orient.solvers.packed import pack_upper, packed_index
-from orient.solvers.zlatanov_reduction import FullReduction, Reduction, reduce_in_place, triangle_indices
+from orient.solvers.packed import packed_index
+from orient.solvers.zlatanov_reduction import (
+    FullReduction,
+    Reduction,
+    corner_places,
+    reduce_bordered_in_place,
+    reduce_in_place,
+    strip_places,
+    triangle_indices,
+)
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.intp]
@@ -78,11 +86,11 @@ class NormalEquations:
         B (n, k) and F (n,); `columns` J1..Jk, 1-based: the unknowns of compact equations, the same for all (k,) or
         of each (n, k); all m unknowns by default. An equation of weight 0 is none.
         """
-        p = np.ones(len(F)) if weights is None else weights
-        if np.any(p < 0):
+        rows = np.column_stack([B, F])
+        if weights is not None and np.any(weights < 0):
             raise ValueError("a weight is negative")
-        self._accumulate(np.column_stack([B, F]), p, columns)
-        self.n_equations += int(np.count_nonzero(p))
+        self._accumulate(rows, rows if weights is None else weights[:, None] * rows, columns)
+        self.n_equations += len(rows) if weights is None else int(np.count_nonzero(weights))
 
     def add_group(
         self, B: FloatArray, F: FloatArray, Q_L: FloatArray, columns: Sequence[int] | IndexArray | None = None
@@ -92,31 +100,23 @@ class NormalEquations:
         One group B (g, k), F (g,), Q_L (g, g), or many of one size: (groups, g, k), (groups, g), (groups, g, g);
         `columns` (k,) as in `add`. Q_L must be positive definite.
         """
-        try:
-            L = np.linalg.cholesky(Q_L)
-        except np.linalg.LinAlgError:
-            raise OrientError(
-                "A cofactor matrix of observations is not positive definite.",
-                "Check its standard deviations (none zero) and correlations (all below 1).",
-            ) from None
-        white = np.linalg.solve(L, np.concatenate([B, np.asarray(F)[..., None]], axis=-1))
-        rows = white.reshape(-1, white.shape[-1])
-        self._accumulate(rows, np.ones(len(rows)), columns)
+        rows = _whitened(np.concatenate([B, np.asarray(F)[..., None]], axis=-1), Q_L)
+        self._accumulate(rows, rows, columns)
         self.n_equations += len(rows)
 
     def reduced(self) -> Reduction:
         """(14) on a copy of Z: X, Q_x, v'Pv; more equations may be added afterwards."""
         Z = self.packed
         defect = reduce_in_place(Z, self.U)
-        return Reduction(Z, self.names, self.n_equations, defect)
+        return Reduction(Z, self.names, self.n_equations, defect, 1)
 
-    def _accumulate(self, rows: FloatArray, p: FloatArray, columns: Sequence[int] | IndexArray | None) -> None:
+    def _accumulate(self, rows: FloatArray, weighted: FloatArray, columns: Sequence[int] | IndexArray | None) -> None:
         a, b = triangle_indices(rows.shape[-1])
         addresses = self._addresses(columns, rows.shape[-1])
         if addresses.ndim == 1:
-            self._Z[addresses] += (rows.T @ (p[:, None] * rows))[a, b]
+            self._Z[addresses] += (rows.T @ weighted)[a, b]
         else:
-            products = p[:, None] * rows[:, a] * rows[:, b]
+            products = weighted[:, a] * rows[:, b]
             self._Z += np.bincount(addresses.ravel(), products.ravel(), minlength=len(self._Z))
 
     def _addresses(self, columns: Sequence[int] | IndexArray | None, width: int) -> IndexArray:
@@ -132,17 +132,21 @@ class NormalEquations:
 def bordered_matrix(B: FloatArray, F: FloatArray, Q_L: FloatArray, *, starts_with_Q_L: bool) -> FloatArray:
     """Z = [B'PB, B'PF, B'; ., F'PF, F'; ., ., Z33] of order q = m + 1 + n, packed, seed 000 (9); Z33 = Q_L or 0.
 
-    B (n, m), F (n,), Q_L (n, n), which enters the first block only as P = Q_L^-1.
+    B (n, m), F (n,), or (n, f) for f free terms; Q_L (n, n), or (n/g, g, g) for groups: then only the blocks of Q_L are
+    kept of the third block. Q_L enters the first block only as P = Q_L^-1.
     """
-    m, n = B.shape[1], len(F)
-    equations = NormalEquations([""] * m)
-    equations.add_group(B, F, Q_L)
-    Z = np.zeros((m + 1 + n, m + 1 + n))
-    Z[triangle_indices(m + 1)] = equations.packed
-    Z[:m, m + 1 :] = B.T
-    Z[m, m + 1 :] = F
-    Z[m + 1 :, m + 1 :] = Q_L if starts_with_Q_L else 0.0
-    return pack_upper(Z)
+    rows = np.column_stack([B, F])
+    (n, border), group = rows.shape, Q_L.shape[-1]
+    white = _whitened(rows.reshape(-1, group, border), Q_L)
+    strips = strip_places(border, n)
+    below = strips[-1].stop
+    Z = np.zeros(below + n * (group + 1) // 2)
+    Z[corner_places(border, n)] = (white.T @ white)[triangle_indices(border)]
+    for place, column in zip(strips, rows.T, strict=True):
+        Z[place] = column
+    if starts_with_Q_L:
+        Z[below:] = Q_L[(..., *triangle_indices(group))].ravel()
+    return Z
 
 
 def adjust_bordered(
@@ -150,10 +154,25 @@ def adjust_bordered(
 ) -> FullReduction:
     """v = B X + F, v'Pv -> min, P = Q_L^-1, by the full form: X, Q_x, v'Pv and also v, Q_v, Q_Lhat stand in Z.
 
-    B (n, m), F (n,), Q_L (n, n) full. The triangle has (m + n + 1)(m + n + 2)/2 numbers: for a page of equations to be
-    followed by hand, not for thousands (then the short form, whose `Reduction` gives v and Q_v group by group).
+    B (n, m), F (n,), or (n, f) for f free terms with the same B; Q_L (n, n), or (n/g, g, g) for groups of g equations
+    that are correlated among themselves only, g = 1 for a diagonal; of the third block only these groups are in Z.
     An unknown that the equations do not determine is named in `undetermined`. Source: seed 000, (9), (14)-(16).
     """
     Z = bordered_matrix(B, F, Q_L, starts_with_Q_L=starts_with_Q_L)
-    defect = reduce_in_place(Z, len(names))
-    return FullReduction(Z, tuple(names), len(F), defect, Q_L, starts_with_Q_L)
+    n, free_terms = len(F), 1 if F.ndim == 1 else F.shape[1]
+    defect = reduce_bordered_in_place(Z, len(names), len(names) + free_terms, n, Q_L.shape[-1])
+    return FullReduction(Z, tuple(names), n, defect, free_terms, Q_L, starts_with_Q_L)
+
+
+def _whitened(rows: FloatArray, Q_L: FloatArray) -> FloatArray:
+    """L^-1 rows, Q_L = L L': groups (..., g, k) one below the other."""
+    if Q_L.shape[-1] == 1 and np.all(Q_L > 0):
+        return np.asarray(rows / np.sqrt(Q_L)).reshape(-1, rows.shape[-1])
+    try:
+        L = np.linalg.cholesky(Q_L)
+    except np.linalg.LinAlgError:
+        raise OrientError(
+            "A cofactor matrix of observations is not positive definite.",
+            "Check its standard deviations (none zero) and correlations (all below 1).",
+        ) from None
+    return np.asarray(np.linalg.solve(L, rows)).reshape(-1, rows.shape[-1])

@@ -11,7 +11,8 @@ from orient.intake.options import ReadOptions
 from orient.intake.project_folder import read_project
 from orient.pipeline.registry import BY_NAME, STAGES
 from orient.pipeline.runner import Result, add_input, create, run_stage, run_stale
-from orient.store.project import RunInfo, open_project
+from orient.store.digest import input_digest
+from orient.store.project import NewRun, RunInfo, open_project
 from orient.values import InputTables
 from tests.pipeline.conftest import SPACE
 from tests.pipeline.made import row
@@ -91,7 +92,7 @@ def test_a_new_setting_makes_its_readers_stale_and_sticks(without_sheet: Path) -
     assert run_stage(without_sheet, "refine", {"reject": True}, "clean").computed
     results = run_all(without_sheet)
     assert [name for name, result in results.items() if result.computed] == ["resection", "covariance"]
-    assert heads(without_sheet)["refine"].settings == {"reject": True}
+    assert heads(without_sheet)["refine"].settings == {"engine": "zlatanov", "reject": True}
 
 
 def test_the_ledger_names_what_was_read(without_sheet: Path) -> None:
@@ -121,3 +122,48 @@ def test_progress_is_told_in_order(without_sheet: Path) -> None:
     )
     expected = [f"{word} {name}" for name in BY_NAME for word in ("begin", "end")]
     assert told == [line for line in expected if line != "begin digitize"]
+
+
+def with_older_refine(path: Path) -> RunInfo:
+    """A run of `refine` as it was stored before it had an engine: by QR, and without the word."""
+    stage = BY_NAME["refine"]
+    with open_project(path, "write") as project:
+        sources = {name: project.heads()[name] for name in stage.inputs}
+        tables = {name: project.read_tables(run.run_id) for name, run in sources.items()}
+        settings = {"reject": False}
+        project.append(
+            NewRun(
+                stage="refine",
+                stage_version=stage.version,
+                settings=settings,
+                inputs={name: run.run_id for name, run in sources.items()},
+                input_digest=input_digest(
+                    "refine", stage.version, settings, {name: run.output_digest for name, run in sources.items()}
+                ),
+                expected_heads={name: run.run_id for name, run in sources.items()},
+                actor="test",
+                reason="before the setting",
+                outcome=stage.compute(tables, {**settings, "engine": "qr"}),
+                select=True,
+            )
+        )
+        return project.heads()["refine"]
+
+
+def test_a_version_from_before_a_setting_stays_current(without_sheet: Path) -> None:
+    older = with_older_refine(without_sheet)
+    assert not run_all(without_sheet)["refine"].computed
+    asked = run_stage(without_sheet, "refine", {"engine": "qr"}, "the same in words")
+    assert (asked.computed, heads(without_sheet)["refine"].run_id) == (False, older.run_id)
+
+
+def test_its_successor_is_made_in_the_same_way_unless_told(without_sheet: Path) -> None:
+    with_older_refine(without_sheet)
+    assert run_stage(without_sheet, "refine", {"reject": True}, "try").run.settings["engine"] == "qr"
+    by_Z = run_stage(without_sheet, "refine", {"engine": "zlatanov", "reject": False}, "Algorithm Z")
+    assert (by_Z.computed, by_Z.run.settings["engine"]) == (True, "zlatanov")
+
+
+def test_a_new_project_is_adjusted_by_algorithm_Z(without_sheet: Path) -> None:
+    run_all(without_sheet)
+    assert heads(without_sheet)["refine"].settings["engine"] == "zlatanov"

@@ -104,7 +104,7 @@ REFUSED = [
     ("three marks", MARKS[:3], MARKS[:3], "projective", "3 fiducial marks are measured; projective needs 4"),
     ("a line", LINE, LINE, "affine", "lie on one line"),
     ("three of four on a line", np.vstack([LINE[:3], MARKS[:1]]), np.vstack([LINE[:3], MARKS[:1]]), "projective",
-     "do not determine a projective"),
+     "a, b, c, d do not determine c2 of a projective"),
     ("one place twice", MARKS[[0, 1, 2, 0]], MARKS[[0, 1, 2, 3]], "affine", "a and d have the same measured place"),
     ("one certificate line twice", MARKS[:4], MARKS[[0, 1, 1, 3]], "affine", "b and c have the same calibrated"),
     ("exchanged marks", OBLIQUE, OBLIQUE[[0, 2, 1, 3]], "projective", "horizon"),

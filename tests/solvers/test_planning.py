@@ -12,9 +12,12 @@ from orient.errors import GeometryError
 from orient.geometry.rotation import aok_from_matrix
 from orient.geometry.vertical_photo import element_units, grid_layout, gruber_layout
 from orient.solvers import functional_iteration, mishchenko, planning
+from orient.solvers.control_effects import added, dropped
 from orient.solvers.ground_covariance import ray_at_height
 from orient.solvers.ground_points import ground_knowledge
-from orient.solvers.planning import PlannedPhoto, Sigmas, planned_photo, predict
+from orient.solvers.planned_photo import UP, PlannedPhoto, Sigmas, planned_photo
+from orient.solvers.predicted_ground import ground_by_use, ground_map
+from orient.solvers.predicted_orientation import predict, whitened_partials
 from orient.solvers.resection import resect
 from orient.solvers.resection_problem import Orientation, ResectionProblem
 from tests.solvers.resection_scenes import FloatArray, generator
@@ -81,7 +84,7 @@ def test_check_of_the_seed() -> None:
 def test_map_of_a_vertical_photo_is_the_covariance_of_the_seed() -> None:
     """K of the map over (sigma H / f)^2 is C(0) Q(0) C(0)', for any layout; the reading adds the unit matrix."""
     photo = planned(ASYMMETRIC)
-    ground = planning.ground_map(photo, predict(photo), PLACES)
+    ground = ground_map(photo, predict(photo), PLACES)
     K = mishchenko.covariance(ASYMMETRIC / 100, PLACES / 100)
     scale = (SIGMA * HEIGHT / F_MM) ** 2
     expected = np.array([K[i, :, i, :] for i in range(len(PLACES))])
@@ -93,7 +96,7 @@ def test_map_of_a_vertical_photo_is_the_covariance_of_the_seed() -> None:
 def test_corner_of_a_grid_is_3402_nm_for_every_camera(f_mm: float) -> None:
     photo = planned(grid_layout(200.0, 200.0, 3, 3), Sigmas(0.005), f_mm=f_mm)
     assert f"{5 * planning.closed_form(photo).corner:.3f}" == "3.402"
-    ground = planning.ground_map(photo, predict(photo), np.array([[100.0, 100.0]]))
+    ground = ground_map(photo, predict(photo), np.array([[100.0, 100.0]]))
     in_image = np.sqrt(ground.covariance.orientation[0, 0, 0]) * f_mm / HEIGHT
     assert f"{1000 * in_image:.3f}" == "3.402"
 
@@ -131,30 +134,30 @@ def test_height_error_alone_moves_nothing_straight_below() -> None:
     image[2] = 0.0
     errorless, high = planned(image), planned(image, Sigmas(SIGMA, 0.0, 1.0))
     assert np.all(predict(high).sigma > predict(errorless).sigma)
-    alone = planning._whitened(high, high.ground[2:3])
-    np.testing.assert_allclose(alone, planning._whitened(errorless, errorless.ground[2:3]))
+    alone = whitened_partials(high, high.ground[2:3])
+    np.testing.assert_allclose(alone, whitened_partials(errorless, errorless.ground[2:3]))
 
 
 @pytest.mark.parametrize("photo", SCENES.values(), ids=SCENES)
 def test_dropping_a_point_is_the_prediction_without_it(photo: PlannedPhoto) -> None:
     prediction = predict(photo)
-    ground = planning.ground_map(photo, prediction, PLACES, 0.3)
-    effects = planning.dropped(photo, prediction, ground)
+    ground = ground_map(photo, prediction, PLACES, 0.3)
+    effects = dropped(photo, prediction, ground)
     assert [effect.name for effect in effects] == list(photo.names)
     for i, effect in enumerate(effects):
         rest = without(photo, i)
         anew = predict(rest)
         np.testing.assert_allclose(effect.sigma, anew.sigma, rtol=1e-6)
-        assert effect.mean_sigma == pytest.approx(planning.ground_map(rest, anew, PLACES, 0.3).mean_sigma, rel=1e-6)
+        assert effect.mean_sigma == pytest.approx(ground_map(rest, anew, PLACES, 0.3).mean_sigma, rel=1e-6)
         assert np.all(effect.sigma >= prediction.sigma * (1 - 1e-12))
 
 
 @pytest.mark.parametrize("photo", SCENES.values(), ids=SCENES)
 def test_adding_a_point_is_the_prediction_with_it(photo: PlannedPhoto) -> None:
     prediction = predict(photo)
-    ground = planning.ground_map(photo, prediction, PLACES)
+    ground = ground_map(photo, prediction, PLACES)
     candidates = np.array([[-60.0, -90.0], [10.0, -40.0]])
-    for place, effect in zip(candidates, planning.added(photo, prediction, ground, candidates, "ab"), strict=True):
+    for place, effect in zip(candidates, added(photo, prediction, ground, candidates, "ab"), strict=True):
         point = on_ground(photo, place[None, :])
         more = replace(
             photo,
@@ -164,12 +167,12 @@ def test_adding_a_point_is_the_prediction_with_it(photo: PlannedPhoto) -> None:
         )
         anew = predict(more)
         np.testing.assert_allclose(effect.sigma, anew.sigma, rtol=1e-7)
-        assert effect.mean_sigma == pytest.approx(planning.ground_map(more, anew, PLACES).mean_sigma, rel=1e-7)
+        assert effect.mean_sigma == pytest.approx(ground_map(more, anew, PLACES).mean_sigma, rel=1e-7)
         assert np.all(effect.sigma <= prediction.sigma * (1 + 1e-12))
 
 
 def on_ground(photo: PlannedPhoto, image: FloatArray) -> FloatArray:
-    up = np.tile(planning.UP, (len(image), 1))
+    up = np.tile(UP, (len(image), 1))
     return ray_at_height(image, photo.station, photo.rotation, photo.f_mm, np.zeros((len(image), 3)), up)
 
 
@@ -177,10 +180,10 @@ def test_points_that_cannot_be_spared_are_named() -> None:
     """Three on a circle with the nadir: the fourth carries the orientation. Of three points, each does."""
     photo = planned(np.array([[50.0, 0.0], [25.0, 25.0], [25.0, -25.0], [-60.0, 40.0]]))
     prediction = predict(photo)
-    effects = planning.dropped(photo, prediction, planning.ground_map(photo, prediction, PLACES))
+    effects = dropped(photo, prediction, ground_map(photo, prediction, PLACES))
     assert [effect.name for effect in effects if not effect.is_determined] == ["P4"]
     three = planned(ASYMMETRIC[:3])
-    lone = planning.dropped(three, predict(three), planning.ground_map(three, predict(three), PLACES))
+    lone = dropped(three, predict(three), ground_map(three, predict(three), PLACES))
     assert not any(effect.is_determined for effect in lone)
     assert all(np.isinf(effect.sigma).all() for effect in lone)
 
@@ -209,7 +212,7 @@ def assert_spread(photo: PlannedPhoto, noise: FloatArray, tolerance: float) -> N
     spread, of_point = simulated(photo, noise)
     prediction = predict(photo)
     np.testing.assert_allclose(spread, prediction.sigma, rtol=tolerance)
-    ground = planning.ground_map(photo, prediction, PLACE)
+    ground = ground_map(photo, prediction, PLACE)
     np.testing.assert_allclose(of_point, np.sqrt(np.diag(ground.covariance.total[0]))[:2], rtol=tolerance)
 
 
@@ -240,8 +243,8 @@ def test_use_of_part_of_the_elements() -> None:
     for f_mm in (100.0, 670.0):
         photo = planned(grid_layout(200.0, 200.0, 3, 3), f_mm=f_mm)
         prediction = predict(photo)
-        place = planning.ground_map(photo, prediction, np.array([[50.0, 25.0]]))
-        used = planning.ground_by_use(photo, prediction, place)
+        place = ground_map(photo, prediction, np.array([[50.0, 25.0]]))
+        used = ground_by_use(photo, prediction, place)
         total = place.covariance.orientation[0]
         assert used["six elements"] == pytest.approx(np.sqrt((total[0, 0] + total[1, 1]) / 2))
         factors.append(used["standard deviations only"] / used["six elements"])
@@ -269,13 +272,13 @@ def test_plan_holds_everything() -> None:
 def test_places_above_the_horizon_are_left_out() -> None:
     photo = SCENES["towards the horizon"]
     prediction = predict(photo)
-    ground = planning.ground_map(photo, prediction, PLACES)
+    ground = ground_map(photo, prediction, PLACES)
     assert np.count_nonzero(ground.met) == 10
     assert np.isfinite(ground.mean_sigma)
     assert prediction.names[3:] == ("omega", "phi", "kappa")
-    assert len(planning.added(photo, prediction, ground, PLACES, [str(i) for i in range(25)])) == 10
+    assert len(added(photo, prediction, ground, PLACES, [str(i) for i in range(25)])) == 10
     with pytest.raises(GeometryError, match="sees no ground"):
-        planning.ground_map(photo, prediction, np.array([[0.0, 10.0]]))
+        ground_map(photo, prediction, np.array([[0.0, 10.0]]))
 
 
 @given(st.floats(0.2, 5.0), st.floats(0.2, 5.0))

@@ -7,7 +7,16 @@ from hypothesis import strategies as st
 from pyproj import Proj
 
 from orient.geodesy.ellipsoid import named_ellipsoid
-from orient.solvers.polynomial_degree import LEAVE_ONE_OUT, choose_degree, degree_choices, prediction_errors
+from orient.solvers.engines import Engine
+from orient.solvers.polynomial_degree import (
+    LEAVE_ONE_OUT,
+    Crosses,
+    Rule,
+    adjusted_in_metres,
+    choose_degree,
+    degree_choices,
+    prediction_errors,
+)
 from orient.solvers.polynomial_fit import fit_sheet, predict
 from tests.solvers.test_polynomial_fit import grid, warped
 
@@ -62,7 +71,7 @@ def test_the_table_of_model_errors(row):
     XY, BL = sheet(row, 9)
     XY_all, BL_all = sheet(row, 41)
     for degree, printed in enumerate(row[4].split(), start=1):
-        fit = fit_sheet(XY, BL, metres(BL, row[3]), degree)
+        fit = fit_sheet(Crosses(XY, BL, metres(BL, row[3])), Rule(degree))
         errors = np.max(np.abs(predict(fit, XY_all).values - BL_all) * metres(BL_all, row[3]), axis=0)
         for error, value in zip(errors, printed.split("/"), strict=True):
             assert error == pytest.approx(float(value), abs=half_a_digit(value))
@@ -75,7 +84,7 @@ class TestChoiceOnMaps:
     def choices(row, seed):
         XY, BL = sheet(row, 7)
         XY = XY + np.random.default_rng(seed).normal(0.0, 0.1, XY.shape)
-        return degree_choices(XY, BL, metres(BL, row[3]))
+        return degree_choices(Crosses(XY, BL, metres(BL, row[3])))
 
     @pytest.mark.parametrize("row", [row for row in TABLE if row[1] == 4], ids=[i for i in IDS if "4x6" in i])
     def test_sheets_of_four_by_six_degrees_need_degree_3_or_4(self, row):
@@ -97,10 +106,10 @@ def test_prediction_errors_are_those_of_n_adjustments(seed, degree, n):
     random = np.random.default_rng(seed)
     XY = random.uniform(0.0, 400.0, (n, 2))
     target = XY * 1000.0 + random.normal(0.0, 50.0, XY.shape)
-    found = prediction_errors(XY, target, degree)
+    found = prediction_errors(adjusted_in_metres(Crosses(XY, target, np.ones_like(XY)), degree, Engine.ZLATANOV))
     for i in range(n):
         others = np.arange(n) != i
-        fit = fit_sheet(XY[others], target[others], np.ones((n - 1, 2)), degree)
+        fit = fit_sheet(Crosses(XY[others], target[others], np.ones((n - 1, 2))), Rule(degree))
         assert found[i] == pytest.approx(
             (predict(fit, XY[i : i + 1]).values - target[i : i + 1])[0], rel=1e-5, abs=1e-3
         )
@@ -109,8 +118,9 @@ def test_prediction_errors_are_those_of_n_adjustments(seed, degree, n):
 def test_a_cross_that_stands_alone_cannot_be_predicted():
     """Four crosses, three of them on a line: the fourth alone carries the slope across."""
     XY = np.array([[0.0, 0.0], [100.0, 0.0], [200.0, 0.0], [100.0, 100.0]])
-    assert prediction_errors(XY, XY * 1000.0, 1) is None
-    assert choose_degree(XY, XY * 1000.0, np.ones_like(XY), LEAVE_ONE_OUT) == 1
+    crosses = Crosses(XY, XY * 1000.0, np.ones_like(XY))
+    assert prediction_errors(adjusted_in_metres(crosses, 1, Engine.ZLATANOV)) is None
+    assert choose_degree(crosses, Rule(choice=LEAVE_ONE_OUT)) == 1
 
 
 class TestLeaveOneOut:
@@ -119,20 +129,23 @@ class TestLeaveOneOut:
         XY = grid(7, 7)
         target = warped(XY, degree)
         noise = np.random.default_rng(8).normal(0.0, 20.0, target.shape)
-        fit = fit_sheet(XY, target + noise, np.ones_like(target), choice=LEAVE_ONE_OUT)
+        fit = fit_sheet(Crosses(XY, target + noise, np.ones_like(target)), Rule(choice=LEAVE_ONE_OUT))
         assert (fit.degree, fit.degree_chosen_by) == (degree, "leave-one-out")
 
     def test_without_any_error_the_lowest_exact_degree_is_taken(self):
         """All higher degrees are the same to rounding: the smallest PRESS is chance there, parsimony decides."""
         XY = grid(7, 7)
         target = warped(XY, 2)
-        assert choose_degree(XY, target, np.ones_like(target), LEAVE_ONE_OUT) == 2
+        assert choose_degree(Crosses(XY, target, np.ones_like(target)), Rule(choice=LEAVE_ONE_OUT)) == 2
 
     def test_a_useless_degree_is_taken_in_a_few_sheets_of_a_hundred_at_most(self):
         random, XY = np.random.default_rng(21), grid(5, 5)
         target = XY * 1000.0
         higher = sum(
-            choose_degree(XY, target + random.normal(0.0, 40.0, XY.shape), np.ones_like(XY), LEAVE_ONE_OUT) > 1
+            choose_degree(
+                Crosses(XY, target + random.normal(0.0, 40.0, XY.shape), np.ones_like(XY)), Rule(choice=LEAVE_ONE_OUT)
+            )
+            > 1
             for _ in range(300)
         )
         assert higher <= 9
@@ -141,7 +154,7 @@ class TestLeaveOneOut:
         """Crosses of 30 m: a new point of the right degree is predicted to a little more than that, in each axis."""
         random, XY = np.random.default_rng(3), grid(7, 7)
         target = warped(XY, 2) + random.normal(0.0, 30.0, XY.shape)
-        rms = degree_choices(XY, target, np.ones_like(target)).prediction_m
+        rms = degree_choices(Crosses(XY, target, np.ones_like(target))).prediction_m
         assert list(rms) == [1, 2, 3, 4, 5]
         assert 30.0 < rms[2] / np.sqrt(2.0) < 36.0
         assert rms[1] > rms[2]
@@ -151,8 +164,8 @@ class TestLeaveOneOut:
         target = warped(XY, 3) + random.normal(0.0, 500.0, XY.shape)
         order = random.permutation(len(XY))
         turned = XY[order] @ np.array([[0.6, 0.8], [-0.8, 0.6]]) + [1000.0, -77.0]
-        first = degree_choices(XY, target, np.ones_like(target)).prediction_m
-        second = degree_choices(turned, target[order], np.ones_like(target)).prediction_m
+        first = degree_choices(Crosses(XY, target, np.ones_like(target))).prediction_m
+        second = degree_choices(Crosses(turned, target[order], np.ones_like(target))).prediction_m
         assert second == pytest.approx(first, rel=1e-6)
 
 

@@ -9,6 +9,7 @@ import pytest
 from orient.errors import GeometryError
 from orient.geodesy.ellipsoid import meridian_radius, named_ellipsoid, prime_vertical_radius
 from orient.geometry.polynomial import design, exponents
+from orient.solvers.polynomial_degree import Crosses, Rule
 from orient.solvers.polynomial_fit import fit_sheet, predict, suspects
 
 N37 = Path(__file__).parents[2] / "sample_projects" / "n37-map-graticule" / "crosses_all.csv"
@@ -42,7 +43,7 @@ class TestPublishedSheet:
 
     def test_affine_of_seven_crosses(self):
         XY, target = n37()
-        fit = fit_sheet(XY, target, np.ones_like(target), 1, SEVEN)
+        fit = fit_sheet(Crosses(XY, target, np.ones_like(target)), Rule(1), SEVEN)
         (c, a), (d, b) = fit.coefficients[1:] / fit.scale_mm
         assert [a, b, c, d] == pytest.approx([4.2073957, 0.15554167, -0.17349979, 4.18537518], abs=5.1e-8)
         # crosses.csv gives E, N to 0.1 mm
@@ -55,7 +56,7 @@ class TestPublishedSheet:
 
     def test_sigma_of_nine_crosses(self):
         XY, target = n37()
-        linear, square = (fit_sheet(XY, target, np.ones_like(target), degree) for degree in (1, 2))
+        linear, square = (fit_sheet(Crosses(XY, target, np.ones_like(target)), Rule(degree)) for degree in (1, 2))
         assert np.sqrt(np.mean(linear.sigma0_m**2)) == pytest.approx(32.632, abs=5e-4)
         assert np.sqrt(np.mean(square.sigma0_m**2)) == pytest.approx(33.377, abs=5e-4)
         assert linear.residuals_m[8, 1] == pytest.approx(-90.10, abs=5e-3)
@@ -63,7 +64,7 @@ class TestPublishedSheet:
     @pytest.mark.parametrize("degree", [1, None])
     def test_the_bad_cross_is_named_and_no_other(self, degree):
         XY, target = n37()
-        found, fit = suspects(XY, target, np.ones_like(target), degree)
+        found, fit = suspects(Crosses(XY, target, np.ones_like(target)), Rule(degree))
         assert [suspect.index for suspect in found] == [8]
         assert found[0].statistic == pytest.approx(41.3487, abs=1e-3)
         assert found[0].corrected_probability < 2e-4
@@ -74,7 +75,7 @@ class TestPublishedSheet:
 def test_an_exact_polynomial_is_found_at_every_place(degree):
     XY = grid(7, 7)
     target = warped(XY, degree)
-    fit = fit_sheet(XY, target, np.ones_like(target), degree)
+    fit = fit_sheet(Crosses(XY, target, np.ones_like(target)), Rule(degree))
     assert fit.residuals_m == pytest.approx(np.zeros_like(target), abs=1e-7)
     assert fit.redundancy_numbers.sum() == pytest.approx(fit.redundancy)
     inner = XY[:-1] + np.array([31.0, 17.0])
@@ -87,7 +88,7 @@ def test_an_exact_polynomial_is_found_at_every_place(degree):
 def test_the_gradient_is_that_of_the_values():
     XY = grid(6, 6)
     target = warped(XY, 3)
-    fit = fit_sheet(XY, target, np.ones_like(target), 3)
+    fit = fit_sheet(Crosses(XY, target, np.ones_like(target)), Rule(3))
     place, step = np.array([[123.0, 210.0], [300.0, 88.0]]), 1e-3
     for axis in (0, 1):
         move = np.eye(2)[axis] * step
@@ -102,7 +103,7 @@ def test_degrees_and_metres_of_a_graticule():
     B, L = 40.0 + grid(7, 5)[:, 1] / 80.0, 18.0 + grid(7, 5)[:, 0] / 80.0
     north = meridian_radius(ellipsoid, np.deg2rad(B)) * np.pi / 180.0
     east = prime_vertical_radius(ellipsoid, np.deg2rad(B)) * np.cos(np.deg2rad(B)) * np.pi / 180.0
-    fit = fit_sheet(XY, np.column_stack([B, L]), np.column_stack([north, east]), 1)
+    fit = fit_sheet(Crosses(XY, np.column_stack([B, L]), np.column_stack([north, east])), Rule(1))
     degrees = predict(fit, XY).values - np.column_stack([B, L])
     assert fit.residuals_m == pytest.approx(degrees * np.column_stack([north, east]), abs=1e-6)
     assert fit.sigma0_m[0] == pytest.approx(np.sqrt(np.sum((degrees[:, 0] * north) ** 2) / 32))
@@ -114,10 +115,10 @@ def test_the_sigma_of_a_point_is_its_spread():
     random = np.random.default_rng(11)
     XY, place = grid(5, 4), np.array([[60.0, 50.0], [310.0, 230.0]])
     target = XY[:, ::-1] * 1000.0
-    values, cofactors = [], predict(fit_sheet(XY, target, np.ones_like(target), 2), place).cofactor
+    values, cofactors = [], predict(fit_sheet(Crosses(XY, target, np.ones_like(target)), Rule(2)), place).cofactor
     for _ in range(2000):
         noisy = target + random.normal(0.0, 50.0, target.shape)
-        values.append(predict(fit_sheet(XY, noisy, np.ones_like(target), 2), place).values)
+        values.append(predict(fit_sheet(Crosses(XY, noisy, np.ones_like(target)), Rule(2)), place).values)
     spread = np.std(values, axis=0)
     assert spread == pytest.approx(50.0 * np.sqrt(cofactors)[:, None] * np.ones((1, 2)), rel=0.06)
 
@@ -128,14 +129,15 @@ class TestDegree:
         XY = grid(7, 7)
         target = warped(XY, degree)
         noise = np.random.default_rng(8).normal(0.0, 20.0, target.shape)
-        fit = fit_sheet(XY, target + noise, np.ones_like(target))
+        fit = fit_sheet(Crosses(XY, target + noise, np.ones_like(target)))
         assert (fit.degree, fit.degree_chosen_by) == (degree, "f-test")
 
     def test_a_useless_degree_is_taken_in_about_one_of_twenty_sheets(self):
         random, XY = np.random.default_rng(21), grid(5, 5)
         target = XY * 1000.0
         higher = sum(
-            fit_sheet(XY, target + random.normal(0.0, 40.0, XY.shape), np.ones_like(XY)).degree > 1 for _ in range(400)
+            fit_sheet(Crosses(XY, target + random.normal(0.0, 40.0, XY.shape), np.ones_like(XY))).degree > 1
+            for _ in range(400)
         )
         # two looks at 5 %
         assert 15 <= higher <= 65
@@ -144,11 +146,11 @@ class TestDegree:
     def test_a_redundancy_of_two_is_left(self, n, highest):
         XY = np.random.default_rng(5).uniform(0.0, 400.0, (n, 2))
         target = warped(XY, 3)
-        assert fit_sheet(XY, target, np.ones_like(target)).degree <= highest
+        assert fit_sheet(Crosses(XY, target, np.ones_like(target))).degree <= highest
 
     def test_a_given_degree_may_use_every_cross(self):
         XY = grid(3, 1) + np.array([[0.0, 0.0], [0.0, 50.0], [0.0, 0.0]])
-        fit = fit_sheet(XY, XY * 1000.0, np.ones_like(XY), 1)
+        fit = fit_sheet(Crosses(XY, XY * 1000.0, np.ones_like(XY)), Rule(1))
         assert (fit.redundancy, fit.sigma0, fit.sigma0_m) == (0, None, None)
         assert fit.shift.probability == (None, None, None)
 
@@ -159,7 +161,7 @@ class TestSuspects:
         readings = XY + np.random.default_rng(4).normal(0.0, 0.05, XY.shape)
         readings[17] += [1.2, -0.9]
         readings[30] += [0.0, 0.8]
-        found, fit = suspects(readings, XY[:, ::-1] * 1000.0, np.ones_like(XY), 1)
+        found, fit = suspects(Crosses(readings, XY[:, ::-1] * 1000.0, np.ones_like(XY)), Rule(1))
         assert [suspect.index for suspect in found] == [17, 30]
         assert fit.is_fit.sum() == 33
         assert np.max(fit.sigma0_m) < 80.0
@@ -168,7 +170,8 @@ class TestSuspects:
         random, XY = np.random.default_rng(14), grid(3, 3)
         target = XY * 1000.0
         alarms = sum(
-            bool(suspects(XY + random.normal(0.0, 0.08, XY.shape), target, np.ones_like(XY), 1)[0]) for _ in range(500)
+            bool(suspects(Crosses(XY + random.normal(0.0, 0.08, XY.shape), target, np.ones_like(XY)), Rule(1))[0])
+            for _ in range(500)
         )
         assert alarms <= 14
 
@@ -177,16 +180,16 @@ class TestSuspects:
         XY = grid(4, 4)
         readings = XY.copy()
         readings[5] += [0.4, 0.0]
-        found, _ = suspects(readings, XY * 1000.0 + 6e6, np.ones_like(XY), 1)
+        found, _ = suspects(Crosses(readings, XY * 1000.0 + 6e6, np.ones_like(XY)), Rule(1))
         assert [suspect.index for suspect in found] == [5]
 
     def test_exact_crosses_without_error(self):
         XY = grid(4, 4)
-        assert suspects(XY, XY * 1000.0 + 6e6, np.ones_like(XY), 1)[0] == ()
+        assert suspects(Crosses(XY, XY * 1000.0 + 6e6, np.ones_like(XY)), Rule(1))[0] == ()
 
     def test_check_crosses_are_never_suspects(self):
         XY, target = n37()
-        assert suspects(XY, target, np.ones_like(target), 1, SEVEN)[0] == ()
+        assert suspects(Crosses(XY, target, np.ones_like(target)), Rule(1), SEVEN)[0] == ()
 
 
 REFUSED = [
@@ -208,7 +211,7 @@ def test_refusals_name_the_sheet_and_the_numbers(XY, degree, message):
         along = np.linspace(0.0, 400.0, 9)[:, None] * np.array([[0.8, 0.6]])
         XY = along + np.random.default_rng(1).normal(0.0, 0.05, along.shape)
     with pytest.raises(GeometryError, match=message) as refused:
-        fit_sheet(XY, XY * 1000.0, np.ones_like(XY), degree, sheet="K-34")
+        fit_sheet(Crosses(XY, XY * 1000.0, np.ones_like(XY), sheet="K-34"), Rule(degree))
     assert refused.value.message.startswith("sheet K-34: ")
 
 
@@ -216,6 +219,6 @@ def test_arguments_are_not_written_to():
     XY, target = n37()
     factors, used = np.ones_like(target), SEVEN.copy()
     copies = [array.copy() for array in (XY, target, factors, used)]
-    suspects(XY, target, factors, 1, used)
+    suspects(Crosses(XY, target, factors), Rule(1), used)
     for array, copy in zip((XY, target, factors, used), copies, strict=True):
         assert np.array_equal(array, copy)

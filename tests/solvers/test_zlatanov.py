@@ -188,3 +188,41 @@ def test_equations_may_be_added_after_a_reduction() -> None:
     equations.add(design[8:], free_term[8:])
     whole.add(design, free_term)
     np.testing.assert_allclose(equations.reduced().X, whole.reduced().X, rtol=1e-12)
+
+
+@pytest.mark.parametrize("starts_with_Q_L", [True, False])
+@pytest.mark.parametrize("group", [1, 2, 3])
+def test_groups_are_the_blocks_of_the_full_form(group: int, starts_with_Q_L: bool) -> None:
+    """(9), (15) with a third block of which only the groups of Q_L are kept: the same numbers, less of them."""
+    design, free_term, _ = random_system()
+    root = np.random.default_rng(group).normal(size=(12 // group, group, group))
+    blocks = root @ root.transpose(0, 2, 1) + np.eye(group)
+    whole = np.zeros((12, 12))
+    for g, block in enumerate(blocks):
+        whole[group * g : group * (g + 1), group * g : group * (g + 1)] = block
+    names = [f"x{k}" for k in range(7)]
+    full, kept = (
+        adjust_bordered(names, design, free_term, Q, starts_with_Q_L=starts_with_Q_L) for Q in (whole, blocks)
+    )
+    for name in ("X", "Q_x", "v", "vPv", "T"):
+        np.testing.assert_allclose(getattr(kept, name), getattr(full, name), rtol=1e-11, atol=1e-12, err_msg=name)
+    for name in ("Q_v", "Q_Lhat"):
+        for g, block in enumerate(getattr(kept, name)):
+            places = slice(group * g, group * (g + 1))
+            np.testing.assert_allclose(block, getattr(full, name)[places, places], atol=1e-12, err_msg=name)
+    assert len(kept.packed) == 8 * 9 // 2 + 8 * 12 + 12 * (group + 1) // 2
+
+
+def test_free_terms_share_the_reduction() -> None:
+    design, free_term, Q_L = random_system()
+    other = np.random.default_rng(9).normal(size=12)
+    names = [f"x{k}" for k in range(7)]
+    pair = adjust_bordered(names, design, np.column_stack([free_term, other]), Q_L)
+    apart = [adjust_bordered(names, design, F, Q_L) for F in (free_term, other)]
+    for k, one in enumerate(apart):
+        np.testing.assert_allclose(pair.X[:, k], one.X, rtol=1e-12)
+        np.testing.assert_allclose(pair.v[:, k], one.v, atol=1e-13)
+        np.testing.assert_allclose(pair.rho[:, k], one.rho, rtol=1e-12)
+    np.testing.assert_allclose(pair.Q_v, apart[0].Q_v, atol=1e-13)
+    assert pair.vPv == pytest.approx(apart[0].vPv + apart[1].vPv)
+    assert pair.sigma0 == pytest.approx(np.sqrt((apart[0].vPv + apart[1].vPv) / 10))
