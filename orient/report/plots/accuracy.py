@@ -27,6 +27,7 @@ LEVELS = 8
 WIDE_RANGE = 8.0
 """From this ratio of the largest to the smallest sigma on, the levels are 1, 2, 5, 10, ..."""
 SAME = 1e-6
+BELOW_POINTS = 2
 CUBIC, FINE = 3, 121
 
 
@@ -54,7 +55,7 @@ def draw(data: PlotData) -> "Figure":
             linestyle="none",
             label=f"{word} {sigma.flat[place]:.3g} m",
         )
-    draw_legend(axes)
+    draw_legend(figure)
     return figure
 
 
@@ -92,6 +93,7 @@ def _draw_contours(axes: "Axes", x: Array, y: Array, sigma: Array) -> None:
     lines = axes.contour(x, y, sigma, levels=levels, colors="#08306b", linewidths=0.7)
     for text in axes.clabel(lines, fmt="%g", fontsize=8, colors="#08306b"):
         text.set_bbox(WHITE_BOX)
+        text.set_zorder(BELOW_POINTS)
     bar = axes.figure.colorbar(shades, ax=axes, shrink=0.8, pad=0.02, ticks=levels, format="%g")
     bar.set_label("sigma, m")
     bar.minorticks_off()

@@ -167,17 +167,9 @@ def _with_room(places: Array, extent: float) -> list[int]:
     return chosen
 
 
-def draw_legend(axes: "Axes") -> None:
+def draw_legend(figure: "Figure") -> None:
     """Below the axes, where no point can lie."""
-    axes.legend(
-        loc="upper center",
-        bbox_to_anchor=(0.5, -0.09),
-        ncols=5,
-        fontsize=8,
-        frameon=False,
-        handletextpad=0.4,
-        columnspacing=1.1,
-    )
+    figure.legend(loc="outside lower center", ncols=5, fontsize=8, frameon=False, handletextpad=0.4, columnspacing=1.2)
 
 
 def draw_scale(axes: "Axes", length: float, text: str) -> None:

@@ -59,7 +59,7 @@ def draw(data: PlotData) -> "Figure":
     axes.set_ylabel(f"{north}, {name}")
     axes.ticklabel_format(useOffset=False, style="plain")
     axes.locator_params(nbins=6)
-    draw_legend(axes)
+    draw_legend(figure)
     return figure
 
 

@@ -51,7 +51,7 @@ def draw(data: PlotData) -> "Figure":
     draw_points(axes, rows, places, v)
     if bar > 0:
         draw_scale(axes, scale * bar, f"residual {MICROMETRES * bar:g} µm ({scale:g} times)")
-    draw_legend(axes)
+    draw_legend(figure)
     return figure
 
 
