@@ -19,11 +19,18 @@ def register(app: typer.Typer) -> None:
 
 LARGEST_TOLERANCE = 1e-4
 SMALLEST_SIGMA, LARGEST_SIGMA = 1e-12, 1e8
+LARGEST_SIGMA_M = 1e8
 
 
 def _small(value: float | None) -> float | None:
     if value is not None and not (math.isfinite(value) and 0 < value <= LARGEST_TOLERANCE):
         raise typer.BadParameter(f"{value} is not between 0 and {LARGEST_TOLERANCE}.")
+    return value
+
+
+def _height_sigma(value: float | None) -> float | None:
+    if value is not None and not (math.isfinite(value) and 0 <= value <= LARGEST_SIGMA_M):
+        raise typer.BadParameter(f"{value} is not between 0 and {LARGEST_SIGMA_M:g} m.")
     return value
 
 
@@ -92,7 +99,6 @@ Tolerance = Annotated[
     float | None,
     typer.Option("--tolerance", callback=_small, help="Largest scaled step that counts as converged."),
 ]
-MaxIterations = Annotated[int | None, typer.Option("--max-iterations", min=1, max=1000)]
 Pairs = Annotated[bool | None, typer.Option("--pairs/--no-pairs", help="Also between all pairs of points.")]
 
 
@@ -172,9 +178,23 @@ def resection(
     _stage(project, "resection", given, message, again)
 
 
-def covariance(project: ProjectPath, message: Reason = "covariance", again: Again = False, pairs: Pairs = None) -> None:
-    """Covariance of the ground points, K = C Q C', and error ellipses."""
-    _stage(project, "covariance", _given(pairs=pairs), message, again)
+def covariance(
+    project: ProjectPath,
+    message: Reason = "covariance",
+    again: Again = False,
+    pairs: Annotated[bool | None, typer.Option("--pairs/--no-pairs", help="Also between all pairs of points.")] = None,
+    map_side: Annotated[
+        int | None,
+        typer.Option("--map-side", min=2, max=101, help="Places along each side of the frame in the map of accuracy."),
+    ] = None,
+    map_height_sigma_m: Annotated[
+        float | None,
+        typer.Option("--map-height-sigma-m", callback=_height_sigma, help="Sigma of the heights that the map takes."),
+    ] = None,
+) -> None:
+    """Covariance of the ground points, K = C Q C', error ellipses, and a map of the accuracy over the frame."""
+    given = _given(pairs=pairs, map_side=map_side, map_height_sigma_m=map_height_sigma_m)
+    _stage(project, "covariance", given, message, again)
 
 
 def absolute(

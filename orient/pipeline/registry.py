@@ -102,10 +102,10 @@ STAGES = (
     ),
     Stage(
         "covariance",
-        1,
+        2,
         "covariance of ground points, K = C Q C'",
         required=("photo", "refine", "topocentric", "resection"),
-        settings={"pairs": False},
+        settings={"pairs": False, "map_side": 11, "map_height_sigma_m": 0.0},
     ),
     Stage(
         "absolute",

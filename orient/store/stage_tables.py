@@ -21,7 +21,16 @@ STAGE_TABLES: dict[str, tuple[str, ...]] = {
         "adjusted_point",
         "adjusted_coefficient",
     ),
-    "covariance": ("ground_covariance", "ground_covariance_pair"),
+    "covariance": (
+        "ground_covariance",
+        "ground_covariance_pair",
+        "ground_covariance_image",
+        "ground_accuracy",
+        "element_use",
+        "closed_form_condition",
+        "focal_cofactor",
+        "focal_sum",
+    ),
     "absolute": (
         "absolute_orientation",
         "absolute_element",
