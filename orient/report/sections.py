@@ -75,4 +75,16 @@ SECTIONS: Mapping[str, tuple[Section, ...]] = {
             "point role dX_m.3 dY_m.3 sigma_X_m.3 sigma_Y_m.3 ellipse_a_m.3 ellipse_b_m.3 ellipse_azimuth_deg.1",
         ),
     ),
+    "verify": (
+        _section(
+            "Runs",
+            "verified_run",
+            "verified_run_id compared verdict n_values n_identical n_different second_engine",
+        ),
+        _section("Differences", "verified_difference", "verified_run_id difference stored recomputed place"),
+        _section(
+            "Second engine", "independent_solution", "verified_run_id quantity subject difference relative_to engine"
+        ),
+        _section("Simulation", "simulated_spread", "verified_run_id unknown n ratio.4 allowed.4 agrees"),
+    ),
 }

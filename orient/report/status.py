@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from orient.pipeline.registry import ALL_STAGES, BY_NAME, is_optional
 from orient.report.text import cell, console, print_table, printable
+from orient.report.verify import known_verdicts, status_line
 from orient.store.project import open_project
 from orient.values import Scalar
 
@@ -24,16 +25,20 @@ def show_status(path: Path, as_json: bool) -> None:
         stale = {row[0]: (bool(row[2]), row[3]) for row in project.query(STATUS)[1]}
         current = {row[0]: row for row in project.query(CURRENT)[1]}
         failed = _last_failures(project)
+        verdicts = known_verdicts(project)
         warnings = project.warnings
     stages = [_stage_status(name, current, stale, failed) for name in ALL_STAGES]
     known = [entry for entry in stages if entry["state"] != "absent" and not _can_be_left_out(entry)]
     if as_json:
-        print(json.dumps({"project": str(path), "stages": known}, indent=2, allow_nan=False))
+        print(json.dumps({"project": str(path), "stages": known, "verification": verdicts}, indent=2, allow_nan=False))
         return
     out = console()
     out.print(f"{printable(str(path))}")
     rows = [[cell(entry[key]) for key in ("stage", "version", "state", "told")] for entry in known]  # type: ignore[arg-type]
     print_table(["stage", "version", "state", "result"], rows, [False, True, False, False])
+    versions = {str(entry["stage"]): entry["version"] for entry in known if entry["version"] is not None}
+    if verified := status_line(verdicts, versions):
+        out.print(printable(verified), soft_wrap=True)
     for warning in warnings:
         out.print(f"note: {printable(warning)}")
     if any(entry["state"] in ("stale", "to compute") for entry in known):

@@ -22,6 +22,7 @@ STAGE_TABLES: dict[str, tuple[str, ...]] = {
         "adjusted_coefficient",
     ),
     "covariance": ("ground_covariance", "ground_covariance_pair"),
+    "verify": ("verified_run", "verified_difference", "independent_solution", "simulated_spread"),
 }
 
 LEDGER_TABLES = ("stage_run", "run_input", "run_seal", "selection", "run_event")
