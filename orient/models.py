@@ -852,7 +852,8 @@ class VerifiedRun(Base):
     """Evidence about one run: what a second computation from its recorded inputs and settings found.
 
     `recomputed`: every number again; `digest`: an imported list, compared with its seal only. Bits are compared when
-    the run was made by the same software on the same kind of processor, else 1e-9 of the number's scale.
+    the run was made by the same software on the same kind of processor, else 1e-9 of the number's scale, without
+    sentences and iterations.
     """
 
     __tablename__ = "verified_run"

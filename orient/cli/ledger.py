@@ -6,7 +6,9 @@ import typer
 
 from orient.cli.options import AsJson, ProjectPath, Reason
 
-StageName = Annotated[str, typer.Argument(metavar="STAGE", help="photo, readings, ..., refine, ..., covariance, verify.")]
+StageName = Annotated[
+    str, typer.Argument(metavar="STAGE", help="photo, readings, ..., refine, ..., covariance, verify.")
+]
 
 
 def register(app: typer.Typer) -> None:

@@ -195,5 +195,3 @@ def _cofactor_gap(one: Array, other: Array) -> float:
     """Largest |Q_ij - Q'_ij| / sqrt(Q'_ii Q'_jj)."""
     sigma = np.sqrt(np.diag(other))
     return _largest((one - other) / np.outer(sigma, sigma))
-
-

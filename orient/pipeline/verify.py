@@ -4,7 +4,7 @@ Evidence is a run of its own, stage `verify`, that reads the runs it has examine
 never selected, so that no head moves and nothing becomes stale (docs/decisions/0008).
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -31,7 +31,7 @@ EVIDENCE_VERSION = 1
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """What is asked for: `simulate` adjustments of every current resection, drawn from `seed`; the verdict kept or not."""
+    """`simulate` adjustments of the current resection, drawn from `seed`; the verdict kept or not; the reason."""
 
     simulate: int = 0
     seed: int = 1

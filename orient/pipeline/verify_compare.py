@@ -12,6 +12,8 @@ TOLERANCE = 1e-9
 LONGEST_TEXT = 200
 WORDS_OF_SOFTWARE = {"message", "summary", "error", "proj_version"}
 """Texts with rounded numbers or versions in them: compared only where every bit is."""
+PATH = "iteration"
+"""In names of tables and columns that tell the way to the solution: of two equally good starts, rounding picks one."""
 ABSENT = "no such row"
 LARGEST = 1e15
 
@@ -52,7 +54,7 @@ class Comparison:
 
 @dataclass(frozen=True)
 class _Table:
-    """One table on both sides. `exact`: bits decide; `is_older`: columns that are empty as stored did not exist then."""
+    """One table on both sides; `exact`: bits decide; `is_older`: columns empty as stored did not exist then."""
 
     name: str
     stored: Sequence[Row]
@@ -72,7 +74,7 @@ class _Table:
     def columns(self) -> list[str]:
         names = list(self.again[0] if self.again else self.stored[0])
         if not self.exact:
-            names = [name for name in names if name not in WORDS_OF_SOFTWARE]
+            names = [name for name in names if name not in WORDS_OF_SOFTWARE and PATH not in name]
         if self.is_older:
             names = [name for name in names if any(row[name] is not None for row in self.stored)]
         return [name for name in names if name not in self.key]
@@ -114,13 +116,13 @@ def compare(stored: Tables, again: Tables, *, exact: bool, is_older: bool = Fals
     """Every value of a run; `again` has the columns of the current format.
 
     `exact`: two values are the same if all their bits are. Else a number may differ by 1e-9 of its scale
-    (`verify_scale`), and sentences are left out. `is_older`: the run comes from an older version of its stage, tables
+    (`verify_scale`), sentences and the iterations are left out. `is_older`: the run comes from an older version of its stage, tables
     and columns that it could not know are left out too.
     """
     found = Comparison()
     for name in sorted({*stored, *again}):
         mine, other = stored.get(name, ()), again.get(name, ())
-        if (mine or other) and (mine or not is_older):
+        if (mine or other) and (mine or not is_older) and (exact or PATH not in name):
             _Table(name, mine, other, exact, is_older).compare(found)
     return found
 

@@ -69,9 +69,7 @@ class Lines:
         return Watch(self._begin, self._end, self._simulated)
 
     def _begin(self, run: "RunInfo", place: int, total: int) -> None:
-        self._bar.update(
-            self._task, description=f"{run.stage} version {run.version}", completed=place - 1, total=total
-        )
+        self._bar.update(self._task, description=f"{run.stage} version {run.version}", completed=place - 1, total=total)
 
     def _simulated(self, done: int, n: int) -> None:
         self._bar.update(self._task, description=f"simulation {done} of {n}", completed=done, total=n)

@@ -79,11 +79,11 @@ class ResectionObservations:
 
     @property
     def n_unknowns(self) -> int:
-        return 6 + self.common_root.shape[1] + self.n_points
+        return 6 + int(self.common_root.shape[1]) + self.n_points
 
     @property
     def n_equations(self) -> int:
-        return 2 * len(self.image) + self.common_root.shape[1] + sum(len(root) for root in self.roots)
+        return 2 * len(self.image) + int(self.common_root.shape[1]) + sum(len(root) for root in self.roots)
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +132,11 @@ class _System:
             step[column] += STEP * 1j
             J[:rows, column] = self._image(step).imag.ravel() / STEP
         by_ground = np.stack(
-            [self._image(x.astype(np.complex128), STEP * 1j * axis).imag / STEP for axis in np.eye(3)], axis=-1
+            [
+                self._image(x.astype(np.complex128), (STEP * 1j) * axis.astype(np.complex128)).imag / STEP
+                for axis in np.eye(3)
+            ],
+            axis=-1,
         )
         J[:rows, 6 + q :] = (by_ground @ self.places).reshape(rows, -1)
         J[rows : rows + q, 6 : 6 + q] = np.eye(q)

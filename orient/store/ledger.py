@@ -27,7 +27,7 @@ def now() -> str:
 
 
 def tool_version() -> str:
-    """Everything that can change the last bits of a number: versions, and the processor that BLAS chooses its code by."""
+    """What can change the last bits of a number: versions, and the processor by which BLAS chooses its code."""
     parts = (
         f"orient {orient.__version__}",
         f"Python {platform.python_version()}",

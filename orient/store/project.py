@@ -21,13 +21,13 @@ from orient.store.errors import OurFault, ReadOnly, Replaced
 from orient.store.format import Format, current_format
 from orient.store.gate import Gated, pass_gate, recover, require_writable, tidy
 from orient.store.new_file import make_file, new_name
-from orient.store.preflight import Preflight, preflight
 from orient.store.plain import event_rows
+from orient.store.preflight import Preflight, preflight
 from orient.store.rows import as_dicts, stored_rows
 from orient.store.runs import NewRun as NewRun
 from orient.store.runs import RunInfo as RunInfo
 from orient.store.stage_tables import EVENT_TABLE
-from orient.values import Event, Scalar
+from orient.values import Event, Row, Scalar
 
 COMMIT_PATIENCE_S = 60.0
 
@@ -130,7 +130,7 @@ class Project:
             looks = (verify.unsealed_runs, verify.broken_sequences, verify.strange_rows, verify.broken_selections)
             return [problem for look in looks for problem in look(connection)]
 
-    def stored_tables(self, run_id: int) -> dict[str, list[dict[str, Scalar]]]:
+    def stored_tables(self, run_id: int) -> dict[str, Sequence[Row]]:
         """As `read_tables`, with the run's events as table `run_event`."""
         return {**self.read_tables(run_id), EVENT_TABLE: event_rows(self.events(run_id))}
 

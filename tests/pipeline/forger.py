@@ -18,16 +18,21 @@ from orient.store.runs import settings_from_json
 
 def forge(path: Path, change: Callable[[sqlite3.Connection], Any], *, careful: bool = True) -> None:
     """Apply `change` without the triggers; `careful`: then all digests and both chains anew."""
-    with closing(sqlite3.connect(path)) as bare:
+    with closing(sqlite3.connect(path, isolation_level=None)) as bare:
+        bare.execute("PRAGMA synchronous = OFF")
+        bare.execute("BEGIN")
         triggers = bare.execute("SELECT name, sql FROM sqlite_schema WHERE type = 'trigger' ORDER BY rowid").fetchall()
         for name, _ in triggers:
             bare.execute(f"DROP TRIGGER {name}")
         change(bare)
+        bare.commit()
         if careful:
             engine = create_engine("sqlite://", creator=lambda: bare, poolclass=StaticPool)
             with engine.connect() as connection:
                 _all_digests(connection)
                 connection.commit()
+        if not bare.in_transaction:
+            bare.execute("BEGIN")
         for _, sql in triggers:
             bare.execute(sql)
         bare.commit()
