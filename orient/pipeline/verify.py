@@ -67,12 +67,18 @@ def verify_project(path: Path, request: Request, watch: Watch | None = None) -> 
             verdict = _examined(project, run)
             if request.simulate and run.run_id in current and run.stage == "resection" and verdict.verdict != "differs":
                 verdict = replace(verdict, spread=_simulated(project, run, request, watch))
-            verdicts.append(verdict)
-            watch.end(verdict)
+            verdicts.append(replace(verdict, reads=_differing_inputs(verdict, verdicts)))
+            watch.end(verdicts[-1])
         ledger = project.ledger_problems()
         ledger += [text for run in runs if run.stage == EVIDENCE for text in project.digest_problems(run.run_id)]
         done = Verification(verdicts, ledger)
         return replace(done, kept=project.append(_new_run(done, request))) if request.record else done
+
+
+def _differing_inputs(verdict: RunVerdict, before: Sequence[RunVerdict]) -> str:
+    """Inputs of the run that differ: what follows from them is no separate fault."""
+    inputs = set(verdict.run.inputs.values())
+    return ", ".join(other.title for other in before if other.verdict == "differs" and other.run.run_id in inputs)
 
 
 def _opened(path: Path, record: bool) -> Project:

@@ -116,8 +116,8 @@ def compare(stored: Tables, again: Tables, *, exact: bool, is_older: bool = Fals
     """Every value of a run; `again` has the columns of the current format.
 
     `exact`: two values are the same if all their bits are. Else a number may differ by 1e-9 of its scale
-    (`verify_scale`), sentences and the iterations are left out. `is_older`: the run comes from an older version of its stage, tables
-    and columns that it could not know are left out too.
+    (`verify_scale`), and sentences and iterations are left out. `is_older`: the run comes from an older version of its
+    stage; tables and columns that it could not know are left out too.
     """
     found = Comparison()
     for name in sorted({*stored, *again}):

@@ -16,7 +16,10 @@ KEPT = 100
 
 @dataclass(frozen=True, slots=True)
 class RunVerdict:
-    """What was found about one run. `because`: why bits were not compared; `left_out`: why no second engine."""
+    """What was found about one run.
+
+    `because`: why bits were not compared; `left_out`: why no second engine; `reads`: inputs that differ themselves.
+    """
 
     run: RunInfo
     method: str
@@ -25,6 +28,7 @@ class RunVerdict:
     agreements: Sequence[Agreement] = ()
     left_out: str = ""
     spread: Spread | None = None
+    reads: str = ""
 
     @property
     def title(self) -> str:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from orient.pipeline.verify_verdict import RunVerdict, Verification
     from orient.store.project import Project, RunInfo
 
-SHOWN = 20
+SHOWN, SHOWN_OF_CONSEQUENCES = 20, 3
 MINUTE = len("2026-01-01T00:00")
 VERIFICATION = """
 SELECT stage, version, is_current, verified_at, actor, software, evidence, verdict, is_same_run, method,
@@ -86,6 +86,8 @@ def run_lines(verdict: "RunVerdict") -> list[str]:
     lines = [f"{run.stage:<12} version {run.version:<3} {_told(verdict)}"]
     if verdict.because and verdict.method == "recomputed":
         lines.append(f"    compared to 1e-9: {verdict.because}")
+    if verdict.reads and verdict.found.refused:
+        lines.append(f"    it reads {verdict.reads}, which differs")
     if verdict.agreements:
         lines.append(f"    {_engines(verdict)}")
     if verdict.left_out:
@@ -102,7 +104,7 @@ def run_lines(verdict: "RunVerdict") -> list[str]:
 def _told(verdict: "RunVerdict") -> str:
     found = verdict.found
     if found.refused:
-        return f"{len(found.refused)} DIFFERENCES"
+        return f"{len(found.refused)} {'difference' if len(found.refused) == 1 else 'differences'}"
     if verdict.method == "digest":
         return "as sealed (a list, nothing to compute)"
     if verdict.verdict == "identical":
@@ -125,9 +127,10 @@ def _engines(verdict: "RunVerdict") -> str:
 def _faults(verdict: "RunVerdict") -> list[str]:
     from orient.pipeline.verify_verdict import in_words
 
-    shown = [in_words(difference) for difference in verdict.worst[:SHOWN]]
-    if len(verdict.found.refused) > SHOWN:
-        shown.append(f"... and {len(verdict.found.refused) - SHOWN} more: table verified_difference")
+    many = SHOWN_OF_CONSEQUENCES if verdict.reads else SHOWN
+    shown = [in_words(difference) for difference in verdict.worst[:many]]
+    if len(verdict.found.refused) > many:
+        shown.append(f"... and {len(verdict.found.refused) - many} more: table verified_difference")
     return shown + verdict.disagreements
 
 
