@@ -4,7 +4,7 @@ Evidence is a run of its own, stage `verify`, that reads the runs it has examine
 never selected, so that no head moves and nothing becomes stale (docs/decisions/0008).
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -61,7 +61,7 @@ def verify_project(path: Path, request: Request, watch: Watch | None = None) -> 
         if not examined:
             raise UsageError(f"{path} has no runs to verify")
         current = {run.run_id for run in project.heads().values()}
-        verdicts = []
+        verdicts: list[RunVerdict] = []
         for place, run in enumerate(examined, 1):
             watch.begin(run, place, len(examined))
             verdict = _examined(project, run)

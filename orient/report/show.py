@@ -7,8 +7,8 @@ from pathlib import Path
 
 from orient.errors import UsageError
 from orient.pipeline.registry import ALL_STAGES, BY_NAME, EVIDENCE
+from orient.report.findings import findings, print_findings
 from orient.report.orientation import iteration_table, orientation_lines, orientation_tables
-from orient.report.runs import print_events
 from orient.report.sections import SECTIONS, Section
 from orient.report.text import cell, console, print_table, printable
 from orient.report.verify import known_verdicts, verified_line
@@ -18,8 +18,8 @@ from orient.values import Row, Tables
 SHOWN_ROWS = 25
 
 
-def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> None:
-    """Print one version of a stage."""
+def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bool:
+    """Print one version of a stage; False if that version failed and is no result."""
     if stage not in (*ALL_STAGES, EVIDENCE):
         raise UsageError(f'there is no stage "{stage}"', f"Stages are {', '.join((*ALL_STAGES, EVIDENCE))}.")
     with open_project(path, "read") as project, project.snapshot():
@@ -32,17 +32,18 @@ def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> No
         content = {"run": asdict(run), "events": [asdict(event) for event in events], "verification": verdict}
         content |= {"tables": tables}
         print(json.dumps(content, indent=2, allow_nan=False))
-        return
+        return run.status == "succeeded"
     _print_head(run)
     if verdict is not None:
         console().print(f"  {printable(verified_line(verdict))}", soft_wrap=True)
-    print_events(events, indent="  ")
+    print_findings(findings(run.stage, events))
     if stage == "resection":
         _print_resection(tables)
     for section in SECTIONS.get(stage, ()):
         _print_section(section, tables.get(section.source, ()))
     if stage == "photo":
         _print_record(tables["photo"][0])
+    return run.status == "succeeded"
 
 
 def _is_about(verdict: Row, run: RunInfo) -> bool:
