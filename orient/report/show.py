@@ -29,8 +29,8 @@ def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bo
         tables, events = project.read_tables(run.run_id), project.events(run.run_id)
         verdict = next((row for row in known_verdicts(project) if _is_about(row, run)), None)
     if as_json:
-        content = {"run": asdict(run), "events": [asdict(event) for event in events], "verification": verdict}
-        content |= {"tables": tables}
+        events_shown = [asdict(event) for event in events]
+        content = {"run": asdict(run), "events": events_shown, "tables": tables, "verification": verdict}
         print(json.dumps(content, indent=2, allow_nan=False))
         return run.status == "succeeded"
     _print_head(run)
