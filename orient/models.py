@@ -76,7 +76,7 @@ class StageRun(Base):
     input_digest: Mapped[str] = text("sha256 over stage, stage_version, settings and the inputs' output digests")
     actor: Mapped[str] = text("who ran it")
     reason: Mapped[str] = text("why, in the words of the actor")
-    tool_version: Mapped[str] = text("version of orient, Python, SQLite and numpy")
+    tool_version: Mapped[str] = text("versions of orient, Python, SQLite, numpy, scipy, pyproj; kind of processor")
     started_at: Mapped[str] = text("UTC, ISO 8601; a decoration: run_id is the order")
 
 
@@ -859,6 +859,92 @@ class GroundCovariancePair(Base):
     K_XY_m2: Mapped[float] = real("cov(X_i, Y_j)")
     K_YX_m2: Mapped[float] = real("cov(Y_i, X_j)")
     K_YY_m2: Mapped[float] = real("cov(Y_i, Y_j)")
+
+
+# ---------------------------------------------------------------------------------------------- verify
+
+
+class VerifiedRun(Base):
+    """Evidence about one run: what a second computation from its recorded inputs and settings found.
+
+    `recomputed`: every number again; `digest`: an imported list, compared with its seal only. Bits are compared when
+    the run was made by the same software on the same kind of processor, else 1e-9 of the number's scale, without
+    sentences and iterations.
+    """
+
+    __tablename__ = "verified_run"
+    __table_args__ = (
+        one_of("method", "recomputed", "digest"),
+        one_of("compared", "bits", "1e-9"),
+        one_of("verdict", "identical", "agrees", "differs"),
+    )
+    run_id: Mapped[int] = run_id()
+    verified_run_id: Mapped[int] = mapped_column(
+        ForeignKey("stage_run.run_id"), primary_key=True, comment="the run that was examined"
+    )
+    output_digest: Mapped[str] = text("digest that its seal held at that moment")
+    method: Mapped[str] = text("recomputed | digest")
+    compared: Mapped[str] = text("bits | 1e-9")
+    because: Mapped[str] = text("why not bits: other software, other version of the stage; else empty")
+    verdict: Mapped[str] = text("identical: bit by bit | agrees: within 1e-9 | differs")
+    n_values: Mapped[int] = whole("values compared; 0 for an imported list")
+    n_identical: Mapped[int] = whole("values that are equal bit by bit")
+    n_different: Mapped[int] = whole("values, rows and seals that differ by more than is allowed")
+    largest_difference: Mapped[float | None] = real("relative to the scale of the number; NULL if nothing was compared")
+    largest_at: Mapped[str] = text("table, row and column of the largest difference; empty if all bits are equal")
+    stored: Mapped[str] = text("the stored value there, all digits")
+    recomputed: Mapped[str] = text("the recomputed value there, all digits")
+    second_engine: Mapped[str] = text("agrees | differs | left out: why; empty where nothing is adjusted")
+
+
+class VerifiedDifference(Base):
+    """One value that differs by more than is allowed, or a seal that does not fit (the largest of them per run)."""
+
+    __tablename__ = "verified_difference"
+    run_id: Mapped[int] = run_id()
+    seq: Mapped[int] = whole("1, 2, ...; by run, the largest first", primary_key=True)
+    verified_run_id: Mapped[int | None] = mapped_column(
+        ForeignKey("stage_run.run_id"), comment="the run that was examined; NULL for the ledger as a whole"
+    )
+    place: Mapped[str] = text("table, row and column; or what of the seal")
+    stored: Mapped[str] = text("the stored value, all digits")
+    recomputed: Mapped[str] = text("the recomputed value, all digits")
+    difference: Mapped[float | None] = real("relative to the scale of the number; NULL if it is not one of two numbers")
+
+
+class IndependentSolution(Base):
+    """The same adjustment, solved by another program from the same observations."""
+
+    __tablename__ = "independent_solution"
+    run_id: Mapped[int] = run_id()
+    verified_run_id: Mapped[int] = mapped_column(
+        ForeignKey("stage_run.run_id"), primary_key=True, comment="the run whose adjustment was solved again"
+    )
+    engine: Mapped[str] = text("program and method", primary_key=True)
+    subject: Mapped[str] = text("sheet of a polynomial; empty for the only adjustment of the run", primary_key=True)
+    quantity: Mapped[str] = text("station, rotation, sigma0, cofactor, parameters, residuals", primary_key=True)
+    difference: Mapped[float] = real("largest difference, in units of `relative_to`")
+    relative_to: Mapped[str] = text("standard deviation | value | standard deviations of both unknowns")
+    allowed: Mapped[float] = real("largest difference that counts as agreement")
+    agrees: Mapped[int] = whole("1 if the difference is allowed")
+
+
+class SimulatedSpread(Base):
+    """Spread of the elements in simulated adjustments (Monte Carlo), beside what Q predicts."""
+
+    __tablename__ = "simulated_spread"
+    run_id: Mapped[int] = run_id()
+    verified_run_id: Mapped[int] = mapped_column(
+        ForeignKey("stage_run.run_id"), primary_key=True, comment="the resection that was simulated"
+    )
+    unknown: Mapped[str] = text("r_X r_Y r_Z (rad) X_S Y_S Z_S (m), solver axes: east, north, up", primary_key=True)
+    n: Mapped[int] = whole("adjustments that converged")
+    n_failed: Mapped[int] = whole("adjustments that did not")
+    predicted: Mapped[float] = real("standard deviation by Q and sigma0 a priori")
+    simulated: Mapped[float] = real("standard deviation of the simulated solutions about the true value")
+    ratio: Mapped[float] = real("simulated to predicted")
+    allowed: Mapped[float] = real("largest distance of the ratio from 1 that counts as agreement")
+    agrees: Mapped[int] = whole("1 if the ratio is allowed")
 
 
 class GroundCovarianceImage(Base):

@@ -363,6 +363,24 @@ CREATE TABLE ground_covariance_image (
 )
  STRICT;
 
+CREATE TABLE independent_solution (
+	run_id INTEGER NOT NULL, 
+	verified_run_id INTEGER NOT NULL, 
+	engine TEXT NOT NULL, 
+	subject TEXT NOT NULL, 
+	quantity TEXT NOT NULL, 
+	difference REAL NOT NULL, 
+	relative_to TEXT NOT NULL, 
+	allowed REAL NOT NULL, 
+	agrees INTEGER NOT NULL, 
+	CONSTRAINT pk_independent_solution PRIMARY KEY (run_id, verified_run_id, engine, subject, quantity), 
+	CONSTRAINT fk_independent_solution_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT fk_independent_solution_verified_run_id FOREIGN KEY(verified_run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_independent_solution_difference_finite CHECK (difference BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_independent_solution_allowed_finite CHECK (allowed BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
 CREATE TABLE model_ground_point (
 	run_id INTEGER NOT NULL, 
 	zone TEXT NOT NULL, 
@@ -433,3 +451,65 @@ CREATE TABLE model_point (
 INSERT INTO model_point ("run_id", "zone", "point", "x", "y", "z") SELECT "run_id", "zone", "point", "x", "y", "z" FROM before_model_point;
 
 DROP TABLE before_model_point;
+
+CREATE TABLE simulated_spread (
+	run_id INTEGER NOT NULL, 
+	verified_run_id INTEGER NOT NULL, 
+	unknown TEXT NOT NULL, 
+	n INTEGER NOT NULL, 
+	n_failed INTEGER NOT NULL, 
+	predicted REAL NOT NULL, 
+	simulated REAL NOT NULL, 
+	ratio REAL NOT NULL, 
+	allowed REAL NOT NULL, 
+	agrees INTEGER NOT NULL, 
+	CONSTRAINT pk_simulated_spread PRIMARY KEY (run_id, verified_run_id, unknown), 
+	CONSTRAINT fk_simulated_spread_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT fk_simulated_spread_verified_run_id FOREIGN KEY(verified_run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_simulated_spread_predicted_finite CHECK (predicted BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_simulated_spread_simulated_finite CHECK (simulated BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_simulated_spread_ratio_finite CHECK (ratio BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_simulated_spread_allowed_finite CHECK (allowed BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
+CREATE TABLE verified_difference (
+	run_id INTEGER NOT NULL, 
+	seq INTEGER NOT NULL, 
+	verified_run_id INTEGER, 
+	place TEXT NOT NULL, 
+	stored TEXT NOT NULL, 
+	recomputed TEXT NOT NULL, 
+	difference REAL, 
+	CONSTRAINT pk_verified_difference PRIMARY KEY (run_id, seq), 
+	CONSTRAINT fk_verified_difference_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT fk_verified_difference_verified_run_id FOREIGN KEY(verified_run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_verified_difference_difference_finite CHECK (difference BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
+CREATE TABLE verified_run (
+	run_id INTEGER NOT NULL, 
+	verified_run_id INTEGER NOT NULL, 
+	output_digest TEXT NOT NULL, 
+	method TEXT NOT NULL, 
+	compared TEXT NOT NULL, 
+	because TEXT NOT NULL, 
+	verdict TEXT NOT NULL, 
+	n_values INTEGER NOT NULL, 
+	n_identical INTEGER NOT NULL, 
+	n_different INTEGER NOT NULL, 
+	largest_difference REAL, 
+	largest_at TEXT NOT NULL, 
+	stored TEXT NOT NULL, 
+	recomputed TEXT NOT NULL, 
+	second_engine TEXT NOT NULL, 
+	CONSTRAINT pk_verified_run PRIMARY KEY (run_id, verified_run_id), 
+	CONSTRAINT ck_verified_run_method CHECK (method IN ('recomputed', 'digest')), 
+	CONSTRAINT ck_verified_run_compared CHECK (compared IN ('bits', '1e-9')), 
+	CONSTRAINT ck_verified_run_verdict CHECK (verdict IN ('identical', 'agrees', 'differs')), 
+	CONSTRAINT fk_verified_run_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT fk_verified_run_verified_run_id FOREIGN KEY(verified_run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_verified_run_largest_difference_finite CHECK (largest_difference BETWEEN -1e15 AND 1e15)
+)
+ STRICT;

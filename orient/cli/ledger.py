@@ -8,7 +8,7 @@ import typer
 from orient.cli.options import AsJson, ProjectPath, Reason
 
 StageName = Annotated[
-    str, typer.Argument(metavar="STAGE", help="photo, readings, ..., refine, ..., covariance, absolute.")
+    str, typer.Argument(metavar="STAGE", help="photo, readings, ..., refine, ..., covariance, absolute, verify.")
 ]
 
 
@@ -34,7 +34,7 @@ def log(project: ProjectPath, as_json: AsJson = False) -> None:
 def show(
     project: ProjectPath,
     stage: Annotated[
-        str, typer.Argument(metavar="[STAGE]", help="photo, readings, ..., covariance; without it, the orientation.")
+        str, typer.Argument(metavar="[STAGE]", help="photo, ..., covariance, verify; without it, the orientation.")
     ] = "",
     version: Annotated[int | None, typer.Option("--version", min=1, help="Not the current one.")] = None,
     as_json: AsJson = False,

@@ -9,7 +9,7 @@ from types import FrameType
 
 import typer
 
-from orient.cli import inputs, ledger, plan, plot, questions, stages
+from orient.cli import inputs, ledger, plan, plot, questions, stages, verify
 from orient.errors import OrientError
 
 OUR_FAULT = 70
@@ -50,8 +50,8 @@ def _options(
     """Options of orient itself."""
 
 
-for register in (inputs.register, stages.register, ledger.register, questions.register, plan.register, plot.register):
-    register(app)
+for group in (inputs, stages, ledger, verify, questions, plan, plot):
+    group.register(app)
 
 
 class _Stopped(BaseException):

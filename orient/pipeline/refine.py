@@ -46,7 +46,7 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     photo_tables = inputs["photo"]
     photo = single(photo_tables, "photo")
     readings = inputs["readings"]["comparator_reading"]
-    xy, sigma = _in_mm(readings, photo)
+    xy, sigma = readings_in_mm(readings, photo)
     by_kind = [f"{row['kind']} {row['point']}" for row in readings]
     cycles = cycle_means(by_kind, xy, reject=bool(settings["reject"]))
     events = _cycle_events(readings, cycles, xy, required(photo, "sigma_image_mm"))
@@ -62,7 +62,7 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     return Outcome(tables, events, _summary(rows, cycles, interior))
 
 
-def _in_mm(readings: Sequence[Row], photo: Row) -> tuple[Array, Array]:
+def readings_in_mm(readings: Sequence[Row], photo: Row) -> tuple[Array, Array]:
     """(n, 2) readings and (n,) standard deviations in mm; pixels become mm of the frame."""
     apriori = required(photo, "sigma_image_mm")
     xy = columns(readings, "x_mm", "y_mm")

@@ -7,6 +7,8 @@ from typing import Protocol, cast
 
 from orient.values import Outcome, Settings, Tables
 
+EVIDENCE = "verify"
+"""The stage of verifications: its runs are about other runs, it has no current version and nothing reads it."""
 INPUT_STAGES = ("photo", "readings", "sheet", "control", "model")
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from orient.errors import OrientError, UsageError
-from orient.pipeline.registry import BY_NAME, STAGES, Stage
+from orient.pipeline.registry import BY_NAME, EVIDENCE, STAGES, Stage
 from orient.store.digest import input_digest, output_digest
 from orient.store.project import NewRun, Project, RunInfo, create_project, open_project
 from orient.values import Event, InputTables, Outcome, Settings, Tables
@@ -90,6 +90,8 @@ def run_stale(
 
 def select_version(path: Path, stage: str, version: int, reason: str) -> RunInfo:
     """Make another version of a stage current (undo is a new selection)."""
+    if stage == EVIDENCE:
+        raise UsageError(f"{EVIDENCE} is evidence about other runs; none of its versions is current")
     with open_project(path, "write") as project:
         project.select(stage, version, current_user(), reason)
         return project.heads()[stage]
@@ -133,7 +135,7 @@ def _run(project: Project, stage: Stage, settings: Settings, reason: str, again:
     known = None if again else _known_run(project, stage, full, basis)
     if known is not None:
         return _reuse(project, stage, known, reason)
-    outcome = _compute(stage, {name: project.read_tables(run.run_id) for name, run in inputs.items()}, full)
+    outcome = outcome_of(stage, {name: project.read_tables(run.run_id) for name, run in inputs.items()}, full)
     repeated = _same_failure(project, stage, digest, outcome) if outcome.error and not again else None
     if repeated is not None:
         return Result(stage.name, repeated, computed=False, events=outcome.events, hint=outcome.hint)
@@ -177,7 +179,8 @@ def _reuse(project: Project, stage: Stage, known: RunInfo, reason: str) -> Resul
     return Result(stage.name, known, computed=False, events=project.events(known.run_id), selected_again=moves)
 
 
-def _compute(stage: Stage, inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
+def outcome_of(stage: Stage, inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
+    """What the stage makes of its inputs; a refusal is a failed outcome."""
     try:
         return stage.compute(inputs, settings)
     except OrientError as error:

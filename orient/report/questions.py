@@ -80,6 +80,7 @@ QUESTIONS = (
     Question("current", "Which version of each stage is current?", "SELECT * FROM v_current"),
     Question("stale", "What is stale, and why?", "SELECT * FROM v_stale WHERE is_stale"),
     Question("audit", "Who did what, when and why?", "SELECT * FROM v_audit"),
+    Question("verification", "Which results were verified, and what was found?", "SELECT * FROM v_verification"),
     Question("events", "All remarks, warnings and errors?", "SELECT * FROM v_event"),
 )
 BY_NAME = {question.name: question for question in QUESTIONS}

@@ -80,4 +80,16 @@ SECTIONS: Mapping[str, tuple[Section, ...]] = {
             "point sigma_x_mm.5 sigma_y_mm.5 ellipse_a_mm.5 ellipse_b_mm.5 ellipse_direction_deg.1",
         ),
     ),
+    "verify": (
+        _section(
+            "Runs",
+            "verified_run",
+            "verified_run_id compared verdict n_values n_identical n_different second_engine",
+        ),
+        _section("Differences", "verified_difference", "verified_run_id difference stored recomputed place"),
+        _section(
+            "Second engine", "independent_solution", "verified_run_id quantity subject difference relative_to engine"
+        ),
+        _section("Simulation", "simulated_spread", "verified_run_id unknown n ratio.4 allowed.4 agrees"),
+    ),
 }

@@ -6,13 +6,14 @@ from dataclasses import asdict
 from pathlib import Path
 
 from orient.errors import UsageError
-from orient.pipeline.registry import ALL_STAGES, BY_NAME
+from orient.pipeline.registry import ALL_STAGES, BY_NAME, EVIDENCE
 from orient.report.absolute import absolute_lines, absolute_tables, absolute_zones
 from orient.report.covariance import covariance_lines, covariance_tables
 from orient.report.findings import findings, print_findings
 from orient.report.orientation import Shown, iteration_table, orientation_lines, orientation_tables
 from orient.report.sections import SECTIONS, Section
 from orient.report.text import cell, console, print_table, printable
+from orient.report.verify import known_verdicts, verified_line
 from orient.store.project import Project, RunInfo, open_project
 from orient.values import Row, Tables
 
@@ -21,18 +22,22 @@ SHOWN_ROWS = 25
 
 def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bool:
     """Print one version of a stage; False if that version failed and is no result."""
-    if stage not in ALL_STAGES:
-        raise UsageError(f'there is no stage "{stage}"', f"Stages are {', '.join(ALL_STAGES)}.")
+    if stage not in (*ALL_STAGES, EVIDENCE):
+        raise UsageError(f'there is no stage "{stage}"', f"Stages are {', '.join((*ALL_STAGES, EVIDENCE))}.")
     with open_project(path, "read") as project, project.snapshot():
         run = project.run(stage, version) if version else project.heads().get(stage) or _last(project, stage)
         if run is None:
             raise UsageError(f"{stage} has no current version", _remedy(stage, path))
         tables, events = project.read_tables(run.run_id), project.events(run.run_id)
+        verdict = next((row for row in known_verdicts(project) if _is_about(row, run)), None)
     if as_json:
-        content = {"run": asdict(run), "events": [asdict(event) for event in events], "tables": tables}
+        events_shown = [asdict(event) for event in events]
+        content = {"run": asdict(run), "events": events_shown, "tables": tables, "verification": verdict}
         print(json.dumps(content, indent=2, allow_nan=False))
         return run.status == "succeeded"
     _print_head(run)
+    if verdict is not None:
+        console().print(f"  {printable(verified_line(verdict))}", soft_wrap=True)
     print_findings(findings(run.stage, events))
     if stage == "resection":
         _print_resection(tables)
@@ -49,12 +54,18 @@ def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bo
     return run.status == "succeeded"
 
 
+def _is_about(verdict: Row, run: RunInfo) -> bool:
+    return (verdict["stage"], verdict["version"]) == (run.stage, run.version)
+
+
 def _last(project: Project, stage: str) -> RunInfo | None:
     """The last run of a stage that never succeeded."""
     return next(iter(project.runs(stage)[-1:]), None)
 
 
 def _remedy(stage: str, path: Path) -> str:
+    if stage == EVIDENCE:
+        return f"Run: orient verify {path}"
     return f"Run: orient run {path}" if stage in BY_NAME else f"Add it: orient add {path} {stage} FILE -m why"
 
 
@@ -62,7 +73,9 @@ def _print_head(run: RunInfo) -> None:
     out = console()
     when = run.started_at[:16].replace("T", " ")
     out.print(f"{run.stage} version {run.version}, {when} UTC by {printable(run.actor)}: {printable(run.reason)}")
-    if run.status == "failed":
+    if run.status == "failed" and run.stage == EVIDENCE:
+        out.print(f"  NOT VERIFIED: {printable(run.error)}")
+    elif run.status == "failed":
         out.print(f"  FAILED, this is not a result: {printable(run.error)}")
     elif run.summary:
         out.print(f"  {printable(run.summary)}")

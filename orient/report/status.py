@@ -9,6 +9,7 @@ from orient.pipeline.registry import ALL_STAGES, BY_NAME, FINAL_STAGES, is_optio
 from orient.report.findings import UNUSED_DATA, Finding, findings, grave_first, print_findings, verdict
 from orient.report.findings import as_json as findings_as_json
 from orient.report.text import cell, console, print_table, printable
+from orient.report.verify import known_verdicts, status_line
 from orient.store.project import open_project
 from orient.values import Scalar
 
@@ -28,7 +29,7 @@ def show_status(path: Path, as_json: bool) -> None:
         stale = {row[0]: (bool(row[2]), row[3]) for row in project.query(STATUS)[1]}
         current = {row[0]: row for row in project.query(CURRENT)[1]}
         failed = _last_failures(project)
-        found = current_findings(project)
+        found, verdicts = current_findings(project), known_verdicts(project)
         warnings = project.warnings
     stages = [_stage_status(name, current, stale, failed) for name in ALL_STAGES]
     known = [entry for entry in stages if entry["state"] != "absent" and not _can_be_left_out(entry)]
@@ -40,6 +41,7 @@ def show_status(path: Path, as_json: bool) -> None:
             "sentence": judged.sentence,
             "findings": findings_as_json(found),
             "stages": known,
+            "verification": verdicts,
         }
         print(json.dumps(content, indent=2, allow_nan=False))
         return
@@ -48,6 +50,9 @@ def show_status(path: Path, as_json: bool) -> None:
     print_findings([finding for finding in found if finding.severity != "info"], with_stage=True)
     rows = [[cell(entry[key]) for key in ("stage", "version", "state", "told")] for entry in known]  # type: ignore[arg-type]
     print_table(["stage", "version", "state", "result"], rows, [False, True, False, False])
+    versions = {str(entry["stage"]): entry["version"] for entry in known if entry["version"] is not None}
+    if verified := status_line(verdicts, versions):
+        out.print(printable(verified), soft_wrap=True)
     for warning in warnings:
         out.print(f"note: {printable(warning)}")
     if any(entry["state"] in ("stale", "to compute") for entry in known):

@@ -1,10 +1,12 @@
 """Appending a run: header, inputs, rows, seal, selection. The caller owns the transaction."""
 
+import os
 import platform
 import sqlite3
 import sys
 from collections.abc import Mapping
 from datetime import UTC, datetime
+from functools import cache
 from importlib import metadata
 
 from sqlalchemy import Connection
@@ -25,15 +27,27 @@ def now() -> str:
 
 
 def tool_version() -> str:
-    numpy = sys.modules.get("numpy")
-    numpy_version = str(numpy.__version__) if numpy else metadata.version("numpy")
+    """What can change the last bits of a number: versions, and the processor by which BLAS chooses its code."""
     parts = (
         f"orient {orient.__version__}",
         f"Python {platform.python_version()}",
         f"SQLite {sqlite3.sqlite_version}",
-        f"numpy {numpy_version}",
+        *(f"{name} {_version(name)}" for name in ("numpy", "scipy", "pyproj")),
+        _processor(),
     )
     return ", ".join(parts)
+
+
+@cache
+def _version(name: str) -> str:
+    return metadata.version(name)
+
+
+def _processor() -> str:
+    """x86_64 AVX512_SPR: the machine, its best vector unit as numpy sees it (if loaded), the BLAS code if forced."""
+    numpy = sys.modules.get("numpy")
+    found = numpy.show_config(mode="dicts")["SIMD Extensions"].get("found", []) if numpy else []
+    return " ".join([platform.machine(), *found[-1:], os.environ.get("OPENBLAS_CORETYPE", "")]).strip()
 
 
 def append(connection: Connection, new: NewRun, form: Format) -> RunInfo:

@@ -11,7 +11,7 @@ from sqlalchemy import Connection
 from sqlalchemy.exc import DBAPIError
 
 from orient.errors import UsageError
-from orient.store import ledger, runs
+from orient.store import ledger, runs, verify
 from orient.store.asking import Answer, ask
 from orient.store.connection import Mode
 from orient.store.digest import input_digest as input_digest
@@ -21,11 +21,13 @@ from orient.store.errors import OurFault, ReadOnly, Replaced
 from orient.store.format import Format, current_format
 from orient.store.gate import Gated, pass_gate, recover, require_writable, tidy
 from orient.store.new_file import make_file, new_name
+from orient.store.plain import event_rows
 from orient.store.preflight import Preflight, preflight
 from orient.store.rows import as_dicts, stored_rows
 from orient.store.runs import NewRun as NewRun
 from orient.store.runs import RunInfo as RunInfo
-from orient.values import Event, Scalar
+from orient.store.stage_tables import EVENT_TABLE
+from orient.values import Event, Row, Scalar
 
 COMMIT_PATIENCE_S = 60.0
 
@@ -115,6 +117,22 @@ class Project:
     def events(self, run_id: int) -> list[Event]:
         with self.snapshot() as connection:
             return runs.events(connection, run_id)
+
+    def digest_problems(self, run_id: int) -> list[str]:
+        """What does not fit in the digests, the count and the ledger entry of one run; empty if all is as sealed."""
+        with self.snapshot() as connection:
+            seal = connection.exec_driver_sql(f"{verify.SEALS} WHERE run_id = ?", (run_id,)).one()
+            return verify.run_problems(connection, self._form, tuple(seal))
+
+    def ledger_problems(self) -> list[str]:
+        """Runs without a seal, gaps in the numbers, rows of a strange stage, altered selections."""
+        with self.snapshot() as connection:
+            looks = (verify.unsealed_runs, verify.broken_sequences, verify.strange_rows, verify.broken_selections)
+            return [problem for look in looks for problem in look(connection)]
+
+    def stored_tables(self, run_id: int) -> dict[str, Sequence[Row]]:
+        """As `read_tables`, with the run's events as table `run_event`."""
+        return {**self.read_tables(run_id), EVENT_TABLE: event_rows(self.events(run_id))}
 
     def query(
         self,

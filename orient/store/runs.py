@@ -29,6 +29,7 @@ class RunInfo:
     actor: str
     reason: str
     started_at: str
+    tool_version: str
     inputs: Mapping[str, int]
 
 
@@ -50,7 +51,7 @@ class NewRun:
 
 RUNS = """
 SELECT r.run_id, r.stage, r.version, r.stage_version, r.settings, r.input_digest, s.output_digest, s.status,
-       s.summary, s.error, r.actor, r.reason, r.started_at
+       s.summary, s.error, r.actor, r.reason, r.started_at, r.tool_version
 FROM main.stage_run AS r JOIN main.run_seal AS s ON s.run_id = r.run_id
 """
 

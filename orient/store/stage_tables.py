@@ -42,6 +42,7 @@ STAGE_TABLES: dict[str, tuple[str, ...]] = {
         "absolute_small_angle",
         "model_ground_point",
     ),
+    "verify": ("verified_run", "verified_difference", "independent_solution", "simulated_spread"),
 }
 
 LEDGER_TABLES = ("stage_run", "run_input", "run_seal", "selection", "run_event")

@@ -1,6 +1,6 @@
 """Every digest, seal and count of a project recomputed. Each function yields sentences about what is wrong."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
 
@@ -16,6 +16,9 @@ from orient.store.runs import settings_from_json
 from orient.store.stage_tables import STAGE_TABLES
 
 Problems = Iterator[str]
+SEALS = """
+SELECT run_id, status, row_count, output_digest, summary, error, sealed_at, record_digest FROM main.run_seal
+"""
 Progress = Callable[[int, int], None]
 
 
@@ -65,19 +68,20 @@ def broken_selections(connection: Connection) -> Problems:
 
 def broken_runs(connection: Connection, form: Format, progress: Progress | None = None) -> Problems:
     """Runs whose rows, inputs or ledger entry are not what was sealed."""
-    query = """
-        SELECT s.run_id, s.status, s.row_count, s.output_digest, s.summary, s.error, s.sealed_at, s.record_digest
-        FROM main.run_seal AS s ORDER BY s.run_id
-    """
-    seals = guarded(lambda: connection.exec_driver_sql(query).all())
+    seals = guarded(lambda: connection.exec_driver_sql(f"{SEALS} ORDER BY run_id").all())
     if isinstance(seals, str):
         yield f"the seals cannot be read: {seals}"
         return
     for number, seal in enumerate(seals, 1):
-        found = guarded(partial(_problems_of_run, connection, form, seal))
-        yield from [f"run {seal[0]}: {found}"] if isinstance(found, str) else found
+        yield from run_problems(connection, form, seal)
         if progress is not None:
             progress(number, len(seals))
+
+
+def run_problems(connection: Connection, form: Format, seal: Sequence[Any]) -> list[str]:
+    """What is wrong with one run; `seal` = run_id ... record_digest, in stored order."""
+    found = guarded(partial(_problems_of_run, connection, form, seal))
+    return [f"run {seal[0]}: {found}"] if isinstance(found, str) else found
 
 
 def guarded(read: Callable[[], Any]) -> Any:

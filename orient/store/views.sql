@@ -398,6 +398,37 @@ LEFT JOIN run_input AS i ON i.run_id = b.run_id AND i.role = 'refine'
 LEFT JOIN image_point AS p ON p.run_id = i.input_run_id AND p.point = b.point
 ORDER BY b.run_id, b.point, b.axis;
 
+-- v_verification: what the last verification found about each run
+--   stage: stage of the run
+--   version: version
+--   is_current: 1 for the current version
+--   verified_at: when (UTC)
+--   actor: who verified it
+--   software: with which software
+--   evidence: version of the stage verify that holds it
+--   verdict: identical: bit by bit | agrees: within 1e-9 | differs
+--   is_same_run: 1 if the run still has the digest that was verified
+--   method: recomputed | digest (an imported list)
+--   n_values: values compared
+--   n_identical: values that are equal bit by bit
+--   n_different: values, rows and seals that differ by more than is allowed
+--   largest_difference: relative to the scale of the number
+--   largest_at: table, row and column of it
+--   stored: the stored value there
+--   recomputed: the recomputed value there
+--   second_engine: agrees | differs | left out: why; empty where nothing is adjusted
+CREATE VIEW v_verification AS
+SELECT v.stage, v.version, v.is_current, e.started_at AS verified_at, e.actor, e.tool_version AS software,
+       e.version AS evidence, r.verdict, r.output_digest = s.output_digest AS is_same_run, r.method,
+       r.n_values, r.n_identical, r.n_different, r.largest_difference, r.largest_at, r.stored, r.recomputed,
+       r.second_engine
+FROM verified_run AS r
+JOIN stage_run AS e ON e.run_id = r.run_id
+JOIN v_version AS v ON v.run_id = r.verified_run_id
+JOIN run_seal AS s ON s.run_id = r.verified_run_id
+WHERE r.run_id = (SELECT max(run_id) FROM verified_run AS n WHERE n.verified_run_id = r.verified_run_id)
+ORDER BY v.run_id;
+
 -- v_ground_pair: covariance between two ground points through their common orientation (after `covariance --pairs`)
 --   version: version of covariance
 --   is_current: 1 for the current version

@@ -132,7 +132,7 @@ STATUS_KEYS = ["stage", "version", "state", "told"]
 LOG_KEYS = ["at", "actor", "action", "stage", "version", "status", "reason", "summary"]
 RUN_KEYS = [
     "run_id", "stage", "version", "stage_version", "settings", "input_digest", "output_digest", "status", "summary",
-    "error", "actor", "reason", "started_at", "inputs",
+    "error", "actor", "reason", "started_at", "tool_version", "inputs",
 ]  # fmt: skip
 EVENT_KEYS = ["severity", "code", "subject", "message", "value"]
 DIFF_KEYS = ["table", "row", "column", "before", "after", "change"]
@@ -141,11 +141,11 @@ DIFF_KEYS = ["table", "row", "column", "before", "after", "change"]
 def test_keys_of_json_are_stable(space: Path) -> None:
     orient("refine", space, "--reject")
     status = json.loads(orient("status", space, "--json").out)
-    assert list(status) == ["project", "verdict", "sentence", "findings", "stages"]
+    assert list(status) == ["project", "verdict", "sentence", "findings", "stages", "verification"]
     assert all(list(entry) == STATUS_KEYS for entry in status["stages"])
     assert all(list(entry) == LOG_KEYS for entry in json.loads(orient("log", space, "--json").out))
     shown = json.loads(orient("show", space, "refine", "--json").out)
-    assert list(shown) == ["run", "events", "tables"]
+    assert list(shown) == ["run", "events", "tables", "verification"]
     assert list(shown["run"]) == RUN_KEYS
     assert all(list(event) == EVENT_KEYS for event in shown["events"])
     found = json.loads(orient("diff", space, "refine", 1, 2, "--json").out)

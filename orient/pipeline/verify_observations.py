@@ -1,0 +1,75 @@
+"""The observations of a stored resection, as its adjustment saw them last, and its solution in the solver's axes."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from orient.geometry.rotation import matrix_from_quaternion
+from orient.pipeline.common_coefficients import common_coefficients
+from orient.pipeline.frames import Frame, frame_of
+from orient.pipeline.ground import ground_of
+from orient.pipeline.resection import Observations, observations
+from orient.pipeline.tables import Array, columns, required, single
+from orient.pipeline.weights import ground_weights
+from orient.solvers.independent_resection import ResectionObservations
+from orient.values import Row, Settings, Tables
+
+
+@dataclass(frozen=True, slots=True)
+class ResectionCase:
+    """Observations and stored solution of a resection, right-handed; `adjusted` (n, 3) ground, sigma0 a priori [mm]."""
+
+    given: ResectionObservations
+    station: Array
+    rotation: Array
+    adjusted: Array
+    sigma0: float
+    partner: Array
+
+
+def resection_observations(inputs: Mapping[str, Tables], settings: Settings, stored: Tables) -> ResectionCase:
+    """What a converged resection with these inputs and settings was computed from."""
+    photo = single(inputs["photo"], "photo")
+    ground = ground_of(photo)
+    frame = frame_of(single(inputs["topocentric"], "topocentric_frame"), ground)
+    control = observations(inputs["refine"], inputs["topocentric"])[0].only("control")
+    sigma0 = required(photo, "sigma_image_mm")
+    apart = settings["control"] == "fixed" or settings["correlation"] == "point"
+    shared = None if apart else common_coefficients(control.rows, inputs.get("digitize", {}), frame, ground)
+    adjusted = _adjusted(control, stored)
+    place, up = _on_their_height(control, adjusted, frame)
+    own = None if shared is None else shared.own
+    free, weight = ground_weights(control.rows, str(settings["control"]), sigma0, own).at(up)
+    given = ResectionObservations(
+        image=control.image,
+        image_cofactor=control.image_covariance / sigma0**2,
+        ground=frame.right_handed(place),
+        f_mm=required(photo, "f_mm"),
+        free=frame.right_handed_matrix(free),
+        weight=frame.right_handed_matrix(weight),
+        common=None if shared is None else shared.in_solver(frame, sigma0),
+    )
+    row = single(stored, "orientation")
+    station, quaternion = columns([row], "X_S_m", "Y_S_m", "Z_S_m")[0], columns([row], "q_w", "q_x", "q_y", "q_z")[0]
+    return ResectionCase(given, frame.right_handed(station), matrix_from_quaternion(quaternion),
+                         frame.right_handed(adjusted), sigma0, frame.partner)  # fmt: skip
+
+
+def _adjusted(control: Observations, stored: Tables) -> Array:
+    """(n, 3) adjusted ground in the stored frame; points without unknowns as given."""
+    by_point: dict[str, Row] = {str(row["point"]): row for row in stored.get("adjusted_point", ())}
+    rows = [by_point.get(point, given) for point, given in zip(control.points, control.rows, strict=True)]
+    return columns(rows, "X_m", "Y_m", "Z_m")
+
+
+def _on_their_height(control: Observations, adjusted: Array, frame: Frame) -> tuple[Array, Array]:
+    """Places and verticals; height-only points stand on the surface of their height, over their adjusted position."""
+    place, up = control.ground.copy(), control.up.copy()
+    index = np.flatnonzero(control.known == "height")
+    if len(index) and frame.origin is not None:
+        height = frame.geographic(place[index])[:, 2]
+        latitude, longitude, _ = frame.geographic(adjusted[index]).T
+        place[index] = frame.from_geographic(latitude, longitude, height)
+        up[index] = frame.from_geographic(latitude, longitude, height + 1.0) - place[index]
+    return place, up
