@@ -7,13 +7,15 @@ from typing import Annotated
 
 import typer
 
-from orient.cli.options import Again, ProjectPath, Reason
+from orient.cli.options import Again, ProjectPath, Reason, valid_text
+from orient.errors import UsageError
 from orient.values import Settings
 
 CONTROL = ("auto", "fixed", "weighted")
 CORRELATION = ("sheet", "point")
 ENGINE = ("zlatanov", "qr")
 VARIANCE = ("posteriori", "priori")
+TEST = ("auto", "w", "tau")
 CHOICE = ("f-test", "leave-one-out")
 RADIUS = ("exact", "polynomial")
 
@@ -26,12 +28,36 @@ def register(app: typer.Typer) -> None:
 LARGEST_TOLERANCE = 1e-4
 
 Reject = Annotated[
-    bool | None, typer.Option("--reject/--keep", help="Leave flagged readings or crosses out; each is recorded.")
+    bool | None, typer.Option("--reject/--keep", help="Leave flagged readings, crosses or points out; each is recorded.")
 ]
 AllowBallpark = Annotated[
     bool | None,
     typer.Option("--allow-ballpark/--no-ballpark", help="Accept a datum change that is unknown or lacks its grid."),
 ]
+
+
+Exclude = Annotated[
+    str | None,
+    typer.Option("--exclude", metavar="P7,P9|none", help="Leave these out; none: take all again. Needs --reason."),
+]
+Why = Annotated[str | None, typer.Option("--reason", help="Why they are left out; it is kept with each of them.")]
+Robust = Annotated[
+    bool | None,
+    typer.Option("--robust/--plain", help="First find the points that agree; the result is a plain adjustment of them."),
+]
+
+
+def _exclusion(exclude: str | None, reason: str | None) -> Settings:
+    """`none` takes all points again; a point is left out with a reason only."""
+    if exclude is None:
+        if reason is not None:
+            raise UsageError("--reason belongs to --exclude", "Say which points: --exclude P7,P9 --reason TEXT")
+        return {}
+    if exclude.strip() in ("", "none"):
+        return {"exclude": "", "exclude_reason": ""}
+    if not (reason or "").strip():
+        raise UsageError("say why the points are left out", '--exclude P7 --reason "wrong house"')
+    return {"exclude": valid_text(exclude), "exclude_reason": valid_text(str(reason))}
 
 
 def _one_of(words: tuple[str, ...]) -> Callable[[str | None], str | None]:
@@ -171,6 +197,19 @@ def resection(
             help="Algorithm Z polished by QR, or QR alone.",
         ),
     ] = None,
+    test: Annotated[
+        str | None,
+        typer.Option(
+            "--test",
+            metavar="|".join(TEST),
+            callback=_one_of(TEST),
+            help="Baarda's w (sigma0 known), Pope's tau (estimated); auto follows --variance.",
+        ),
+    ] = None,
+    reject: Reject = None,
+    robust: Robust = None,
+    exclude: Exclude = None,
+    reason: Why = None,
     max_iterations: Annotated[int | None, typer.Option("--max-iterations", min=1, max=1000)] = None,
     tolerance: Tolerance = None,
 ) -> None:
@@ -180,10 +219,13 @@ def resection(
         correlation=correlation,
         variance=variance,
         engine=engine,
+        test=test,
+        reject=reject,
+        robust=robust,
         max_iterations=max_iterations,
         tolerance=tolerance,
     )
-    _stage(project, "resection", given, message, again)
+    _stage(project, "resection", {**given, **_exclusion(exclude, reason)}, message, again)
 
 
 def covariance(

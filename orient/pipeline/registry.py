@@ -91,6 +91,11 @@ STAGES = (
             "variance": "posteriori",
             "max_iterations": 50,
             "tolerance": 1e-10,
+            "test": "auto",
+            "reject": False,
+            "robust": False,
+            "exclude": "",
+            "exclude_reason": "",
         },
     ),
     Stage(

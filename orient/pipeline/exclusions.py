@@ -1,0 +1,97 @@
+"""Points that are left out of an adjustment: by hand, by robust estimation, by data snooping; as rows and in words."""
+
+from collections.abc import Sequence
+
+from orient.errors import OrientError
+from orient.solvers.snooping import Decision
+from orient.values import Event, Row, Scalar, Settings
+
+
+def by_hand(settings: Settings, points: Sequence[str], what: str) -> list[int]:
+    """Places of the points that `--exclude` names, separated by commas."""
+    asked = excluded_names(settings)
+    unknown = [name for name in asked if name not in points]
+    if unknown:
+        raise OrientError(
+            f'--exclude names "{unknown[0]}", which is no {what} of this adjustment',
+            "Give names that the residuals list, separated by commas; --exclude none takes all points again.",
+        )
+    return sorted({points.index(name) for name in asked})
+
+
+def excluded_names(settings: Settings) -> list[str]:
+    """The names in the setting `exclude`."""
+    return [name.strip() for name in str(settings["exclude"] or "").split(",") if name.strip()]
+
+
+def hand_row(part: str, point: str, settings: Settings) -> Row:
+    """An exclusion that the user asked for."""
+    return _row(part, point, "hand", "excluded", str(settings["exclude_reason"] or ""))
+
+
+def robust_row(part: str, point: str, statistic: float | None, critical: float) -> Row:
+    """An exclusion by robust estimation, with the misfit of the point to the consensus of the others."""
+    words = "contradicts the points that agree (least trimmed squares, then tested with their orientation)"
+    return _row(part, point, "robust", "excluded", words, test="chance", statistic=statistic, critical=critical)
+
+
+def snooping_row(part: str, points: Sequence[str], decision: Decision, test: str, is_rejected: bool) -> Row:
+    """One step of the snooping; `is_rejected` False: it is only a proposal."""
+    action = "proposed" if decision.action == "excluded" and not is_rejected else decision.action
+    other = None if decision.twin is None else points[decision.twin]
+    return _row(
+        part,
+        points[decision.point],
+        "snooping",
+        action,
+        _in_words(decision, test, other),
+        round=decision.round,
+        test="chance" if decision.action == "taken back" else test,
+        statistic=decision.statistic,
+        critical=decision.critical,
+        other=other,
+    )
+
+
+def numbered(rows: Sequence[Row]) -> list[Row]:
+    """The decisions in their order."""
+    return [{"seq": seq, **row} for seq, row in enumerate(rows, 1)]
+
+
+def snooping_event(row: Row, command: str) -> Event:
+    """What a reader must know of a decision; `command` excludes by hand."""
+    point = f"sheet {row['part']}, cross {row['point']}" if row["part"] else str(row["point"])
+    told = {
+        "excluded": "left out",
+        "proposed": f"kept; leave it out with: {command} --reject",
+        "taken back": "taken back",
+        "not separable": f'decide yourself: {command} --exclude {row["point"]} --reason "..."',
+        "not removable": "kept, because the rest would not be checked without it",
+    }[str(row["action"])]
+    value = row["statistic"]
+    code = "excluded" if row["action"] == "excluded" else "suspect"
+    severity = "info" if row["action"] == "taken back" else "warning"
+    message = f"{point}: {row['reason']}; {told}"
+    return Event(severity, code, str(row["point"]), message, None if value is None else float(value))
+
+
+def _in_words(decision: Decision, test: str, other: str | None) -> str:
+    if decision.action == "taken back":
+        return f"fits the orientation of the others after all (chance {decision.statistic:.2g})"
+    limit = f"|{test}| {decision.statistic:.3g} exceeds {decision.critical:.3g}"
+    if other is None:
+        return limit
+    return f"{limit}, and it is not separable from {other} (|rho_w| {decision.rho:.2f}): one of the two is wrong"
+
+
+def _row(part: str, point: str, decided_by: str, action: str, reason: str, **numbers: Scalar) -> Row:
+    empty: dict[str, Scalar] = dict.fromkeys(("round", "test", "statistic", "critical", "other"))
+    return {
+        "part": part,
+        "point": point,
+        "decided_by": decided_by,
+        "action": action,
+        "reason": reason,
+        **empty,
+        **numbers,
+    }
