@@ -939,6 +939,7 @@ class Exclusion(Base):
     part: Mapped[str] = text("sheet of a cross, else empty")
     point: Mapped[str] = text("point or cross")
     decided_by: Mapped[str] = text("snooping | hand | robust")
+    observation: Mapped[str | None] = text("the observation with the largest |w| or |tau|; NULL: not by a test")
     action: Mapped[str] = text("excluded | proposed | taken back | not separable | not removable: the rest is too weak")
     round: Mapped[int | None] = whole("round of the snooping")
     test: Mapped[str | None] = text("w | tau | chance: of the misfit of a point that was taken back")

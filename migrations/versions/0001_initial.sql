@@ -364,6 +364,7 @@ CREATE TABLE exclusion (
 	part TEXT NOT NULL, 
 	point TEXT NOT NULL, 
 	decided_by TEXT NOT NULL, 
+	observation TEXT, 
 	action TEXT NOT NULL, 
 	round INTEGER, 
 	test TEXT, 

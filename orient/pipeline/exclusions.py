@@ -4,7 +4,10 @@ from collections.abc import Sequence
 
 from orient.errors import OrientError
 from orient.solvers.snooping import Decision
-from orient.values import Event, Row, Scalar, Settings
+from orient.values import Event, Row, Scalar, Settings, Severity
+
+NAMED = 5
+"""Suspects that one sentence names; the table holds all of them."""
 
 
 def by_hand(settings: Settings, points: Sequence[str], what: str) -> list[int]:
@@ -35,8 +38,17 @@ def robust_row(part: str, point: str, statistic: float | None, critical: float) 
     return _row(part, point, "robust", "excluded", words, test="chance", statistic=statistic, critical=critical)
 
 
-def snooping_row(part: str, points: Sequence[str], decision: Decision, test: str, is_rejected: bool) -> Row:
-    """One step of the snooping; `is_rejected` False: it is only a proposal."""
+def snooping_row(
+    part: str,
+    points: Sequence[str],
+    decision: Decision,
+    *,
+    test: str,
+    is_rejected: bool,
+    observations: Sequence[str],
+) -> Row:
+    """One step of the snooping; `is_rejected` False: it is only a proposal. `observations` of a point, by name."""
+    observation = observations[decision.observation] if decision.observation >= 0 else None
     action = "proposed" if decision.action == "excluded" and not is_rejected else decision.action
     other = None if decision.twin is None else points[decision.twin]
     return _row(
@@ -44,7 +56,8 @@ def snooping_row(part: str, points: Sequence[str], decision: Decision, test: str
         points[decision.point],
         "snooping",
         action,
-        _in_words(decision, test, other),
+        _in_words(decision, test, observation, other),
+        observation=observation,
         round=decision.round,
         test="chance" if decision.action == "taken back" else test,
         statistic=decision.statistic,
@@ -58,34 +71,57 @@ def numbered(rows: Sequence[Row]) -> list[Row]:
     return [{"seq": seq, **row} for seq, row in enumerate(rows, 1)]
 
 
-def snooping_event(row: Row, command: str) -> Event:
-    """What a reader must know of a decision; `command` excludes by hand."""
-    point = f"sheet {row['part']}, cross {row['point']}" if row["part"] else str(row["point"])
+def snooping_events(rows: Sequence[Row], command: str) -> list[Event]:
+    """What a reader must know of the decisions of the snooping; proposals stand in one sentence.
+
+    `command` is what computes the stage again.
+    """
+    proposed = [row for row in rows if row["action"] == "proposed"]
+    others = [row for row in rows if row["decided_by"] == "snooping" and row["action"] != "proposed"]
+    return [*_proposals(proposed, command), *(_event(row, command) for row in others)]
+
+
+def _proposals(rows: Sequence[Row], command: str) -> list[Event]:
+    if not rows:
+        return []
+    told = [f"{_place(row)} ({row['reason']})" for row in rows[:NAMED]]
+    more = f" and {len(rows) - NAMED} more" if len(rows) > NAMED else ""
+    be, them = ("is", "it") if len(rows) == 1 else ("are", "them")
+    message = f"{', '.join(told)}{more} {be} suspected of a gross error; kept; leave {them} out with: {command} --reject"
+    statistic = rows[0]["statistic"]
+    subject = ", ".join(str(row["point"]) for row in rows)
+    return [Event("warning", "suspect", subject, message, None if statistic is None else float(statistic))]
+
+
+def _place(row: Row) -> str:
+    return f"sheet {row['part']}, cross {row['point']}" if row["part"] else str(row["point"])
+
+
+def _event(row: Row, command: str) -> Event:
     told = {
         "excluded": "left out",
-        "proposed": f"kept; leave it out with: {command} --reject",
         "taken back": "taken back",
         "not separable": f'decide yourself: {command} --exclude {row["point"]} --reason "..."',
         "not removable": "kept, because the rest would not be checked without it",
     }[str(row["action"])]
     value = row["statistic"]
     code = "excluded" if row["action"] == "excluded" else "suspect"
-    severity = "info" if row["action"] == "taken back" else "warning"
-    message = f"{point}: {row['reason']}; {told}"
+    severity: Severity = "info" if row["action"] == "taken back" else "warning"
+    message = f"{_place(row)}: {row['reason']}; {told}"
     return Event(severity, code, str(row["point"]), message, None if value is None else float(value))
 
 
-def _in_words(decision: Decision, test: str, other: str | None) -> str:
+def _in_words(decision: Decision, test: str, observation: str | None, other: str | None) -> str:
     if decision.action == "taken back":
         return f"fits the orientation of the others after all (chance {decision.statistic:.2g})"
-    limit = f"|{test}| {decision.statistic:.3g} exceeds {decision.critical:.3g}"
+    limit = f"|{test}| {decision.statistic:.3g} of {observation} exceeds {decision.critical:.3g}"
     if other is None:
         return limit
     return f"{limit}, and it is not separable from {other} (|rho_w| {decision.rho:.2f}): one of the two is wrong"
 
 
 def _row(part: str, point: str, decided_by: str, action: str, reason: str, **numbers: Scalar) -> Row:
-    empty: dict[str, Scalar] = dict.fromkeys(("round", "test", "statistic", "critical", "other"))
+    empty: dict[str, Scalar] = dict.fromkeys(("observation", "round", "test", "statistic", "critical", "other"))
     return {
         "part": part,
         "point": point,

@@ -232,7 +232,8 @@ def _hint(termination: str) -> str:
 
 
 def _summary(found: Resection, sigma0: float, chosen: Chosen) -> str:
-    left_out = f", {len(chosen.outside)} points excluded" if chosen.outside else ""
+    count = len(chosen.outside)
+    left_out = f", {count} {'point' if count == 1 else 'points'} excluded" if count else ""
     return _fit_in_words(found, sigma0) + left_out
 
 

@@ -21,7 +21,7 @@ from orient.solvers.reliability import Reliability, most_correlated, observation
 from orient.solvers.resection import Resection
 from orient.solvers.resection_reliability import Measured, View, control_blocks, other_blocks, view_misfits
 from orient.solvers.robust_resection import triple_misfits
-from orient.solvers.snooping import Decision, Verdicts, fit_probability, snoop
+from orient.solvers.snooping import MOST_PROPOSALS, MOST_ROUNDS, Decision, Verdicts, fit_probability, snoop
 from orient.values import Settings
 
 if TYPE_CHECKING:
@@ -107,7 +107,8 @@ def choose_control(task: Task) -> Chosen:
         agreeing = _agreeing(task, start)
         robust = np.flatnonzero(start & ~agreeing).tolist()
         start = agreeing
-    snooped = snoop(lambda kept: _verdicts(task, kept, task.limits), start)
+    rounds = MOST_ROUNDS if task.settings["reject"] else MOST_PROPOSALS
+    snooped = snoop(lambda kept: _verdicts(task, kept, task.limits), start, rounds)
     if snooped is None:
         inside = np.flatnonzero(start).tolist()
         outside = np.flatnonzero(~start).tolist()
@@ -159,12 +160,13 @@ def _verdicts(task: Task, kept: Mask, limits_of: Callable[[Resection], Limits]) 
     blocks = control_blocks(solved.found, points, shared, task.frame.partner)
     reliability = observation_tests(blocks, limits, len(solved.found.Q))
     w = np.nan_to_num(np.abs(reliability.tests[0].w), nan=0.0)
-    statistic, freedom = np.full(len(kept), np.nan), np.zeros(len(kept), dtype=np.int64)
-    statistic[inside], freedom[inside] = w.max(axis=1), blocks[0].freedom
+    statistic = np.full(len(kept), np.nan)
+    freedom, worst = np.zeros(len(kept), dtype=np.int64), np.full(len(kept), -1)
+    statistic[inside], freedom[inside], worst[inside] = w.max(axis=1), blocks[0].freedom, np.argmax(w, axis=1)
 
     def twin(point: int) -> tuple[int, float] | None:
         row = inside.index(point)
-        place = (0, row, int(np.argmax(w[row])))
+        place = (0, row, int(worst[point]))
         nearest = most_correlated(reliability.tests, [place], only_group=0).get(place)
         return None if nearest is None else (inside[nearest.partner[1]], nearest.rho)
 
@@ -172,6 +174,7 @@ def _verdicts(task: Task, kept: Mask, limits_of: Callable[[Resection], Limits]) 
         Tested(solved, limits, reliability),
         solved.found.redundancy,
         statistic,
+        worst,
         limits.critical,
         freedom,
         _fit(task, solved.found, outside, limits, reliability, len(kept)),

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orient.pipeline.exclusions import hand_row, numbered, robust_row, snooping_event, snooping_row
+from orient.pipeline.exclusions import hand_row, numbered, robust_row, snooping_events, snooping_row
 from orient.pipeline.resection_blunders import Chosen, Task, Tested
 from orient.pipeline.resection_rows import ROTATIONS, STATION
 from orient.pipeline.tables import Array, or_none
@@ -17,6 +17,7 @@ from orient.units import DEGREES_PER_RADIAN
 from orient.values import Event, Row, Scalar, Tables
 
 AXES = (("image", "x", "mm"), ("image", "y", "mm"), ("ground", "X", "m"), ("ground", "Y", "m"), ("ground", "Z", "m"))
+OBSERVATIONS = [f"{kind} {axis}" for kind, axis, _ in AXES]
 MOST_CORRELATED = 400
 MOST_EFFECTS = 1000
 """Observations, the most suspicious or most harmful first, whose correlations and effects are stored; all of small
@@ -36,8 +37,7 @@ class _Shifts:
 def test_tables(task: Task, chosen: Chosen) -> tuple[Tables, list[Event]]:
     """adjustment_test, observation_test, point_test, external_reliability, exclusion; and the findings."""
     exclusions = _exclusions(task, chosen)
-    command = "orient resection PROJECT"
-    events = [snooping_event(row, command) for row in exclusions if row["decided_by"] == "snooping"]
+    events = snooping_events(exclusions, "orient resection PROJECT")
     if chosen.by_robust:
         events.append(_robust_event(task, chosen))
     tables: dict[str, Sequence[Row]] = {"exclusion": numbered(exclusions)}
@@ -60,7 +60,10 @@ def _exclusions(task: Task, chosen: Chosen) -> list[Row]:
     return [
         *(hand_row("", points[i], task.settings) for i in chosen.by_hand),
         *(robust_row("", points[i], None, ALPHA0) for i in chosen.by_robust),
-        *(snooping_row("", points, decision, test, rejects) for decision in chosen.decisions),
+        *(
+            snooping_row("", points, decision, test=test, is_rejected=rejects, observations=OBSERVATIONS)
+            for decision in chosen.decisions
+        ),
     ]
 
 

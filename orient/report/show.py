@@ -8,6 +8,7 @@ from pathlib import Path
 from orient.errors import UsageError
 from orient.pipeline.registry import ALL_STAGES, BY_NAME
 from orient.report.orientation import iteration_table, orientation_lines, orientation_tables
+from orient.report.reliability import reliability_tables, test_lines
 from orient.report.runs import print_events
 from orient.report.sections import SECTIONS, Section
 from orient.report.text import cell, console, print_table, printable
@@ -15,6 +16,7 @@ from orient.store.project import Project, RunInfo, open_project
 from orient.values import Row, Tables
 
 SHOWN_ROWS = 25
+TEXT_HEADERS = ("reading", "point", "action", "by", "reason", "")
 
 
 def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> None:
@@ -34,6 +36,7 @@ def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> No
     print_events(events, indent="  ")
     if stage == "resection":
         _print_resection(tables)
+    _print_tests(tables, with_lines=stage != "resection")
     for section in SECTIONS.get(stage, ()):
         _print_section(section, tables.get(section.source, ()))
     if stage == "photo":
@@ -64,11 +67,21 @@ def _print_resection(tables: Tables) -> None:
     if "orientation" not in tables:
         _print_iterations(tables)
         return
-    for text in orientation_lines(tables):
+    for text in (*orientation_lines(tables), *test_lines(tables)):
         out.print(text, soft_wrap=True)
     for title, headers, rows in orientation_tables(tables, SHOWN_ROWS):
         out.print(f"\n{title}")
         print_table(headers, rows, [i > 0 for i in range(len(headers))])
+
+
+def _print_tests(tables: Tables, with_lines: bool) -> None:
+    """Exclusions and reliability of any stage that has them."""
+    out = console()
+    for text in test_lines(tables) if with_lines else ():
+        out.print(text, soft_wrap=True)
+    for title, headers, rows in reliability_tables(tables, SHOWN_ROWS):
+        out.print(f"\n{title}")
+        print_table(headers, rows, [header not in TEXT_HEADERS for header in headers])
 
 
 def _print_iterations(tables: Tables) -> None:

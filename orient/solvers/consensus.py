@@ -25,7 +25,7 @@ BREAKDOWN = 0.4
 LARGEST_SCALE = 5.0
 """sigma0 of the agreeing points, in units of that a priori, above which they do not agree."""
 SAMPLES = 300
-BEST_SAMPLES = 10
+BEST_SAMPLES = 6
 STEPS = 10
 MOST_ROUNDS = 30
 
@@ -83,7 +83,14 @@ def least_trimmed(
     if n < h or not starts:
         raise RobustFailed(f"{n} points are too few to find wrong ones among them; {needed} must agree")
     ranked = sorted(starts, key=lambda T: float(np.sort(T)[h - 1]))
-    ends = [_concentrated(T, h, misfits) for T in _distinct(ranked, h)]
+    known: dict[bytes, FloatArray | None] = {}
+
+    def remembered(chosen: BoolArray) -> FloatArray | None:
+        if (key := chosen.tobytes()) not in known:
+            known[key] = misfits(chosen)
+        return known[key]
+
+    ends = [_concentrated(T, h, remembered) for T in _distinct(ranked, h)]
     found = [end for end in ends if end is not None and np.isfinite(end[0])]
     if not found:
         raise RobustFailed(f"no {h} of the {n} points determine a solution together")

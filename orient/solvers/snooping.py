@@ -4,7 +4,7 @@ It knows nothing of the adjustment: `adjust` computes it without some points and
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -21,7 +21,8 @@ INSEPARABLE = 0.9
 """Correlation of two tests from which nothing tells which of the two is wrong."""
 REDUNDANCY_LEFT = 2
 """Redundancy that snooping leaves: below it no test of a single observation with estimated sigma0 exists."""
-MOST_ROUNDS = 50
+MOST_ROUNDS, MOST_PROPOSALS = 200, 10
+"""Rounds of a snooping that excludes, and of one that only proposes."""
 
 Adjusted = TypeVar("Adjusted")
 
@@ -31,6 +32,7 @@ class Verdicts(Generic[Adjusted]):
     """What the tests of one adjustment say of n points.
 
     statistic    (n,) largest |w| or |tau| of the point's own observations; NaN where nothing is tested
+    observation  (n,) which of the point's observations that is
     critical     limit of the statistic
     freedom      (n,) redundancy that the adjustment loses with the point
     probability  (n,) chance of so large a misfit of a point that takes no part; NaN for those that do
@@ -40,6 +42,7 @@ class Verdicts(Generic[Adjusted]):
     adjusted: Adjusted
     redundancy: int
     statistic: FloatArray
+    observation: IntArray
     critical: float
     freedom: IntArray
     probability: FloatArray
@@ -55,6 +58,7 @@ class Decision:
     round: int
     statistic: float
     critical: float
+    observation: int = -1
     twin: int | None = None
     rho: float | None = None
 
@@ -117,10 +121,12 @@ def _decide(look: Verdicts[Adjusted], kept: BoolArray, start: BoolArray, number:
     worst = int(np.argmax(statistic))
     if not statistic[worst] > look.critical:
         return None
-    found = Decision(worst, "excluded", number, float(statistic[worst]), look.critical)
+    found = Decision(
+        worst, "excluded", number, float(statistic[worst]), look.critical, int(look.observation[worst])
+    )
     twin = look.twin(worst)
     if twin is not None and twin[1] > INSEPARABLE and statistic[twin[0]] > look.critical:
-        return Decision(worst, "not separable", number, found.statistic, found.critical, *twin)
+        return replace(found, action="not separable", twin=twin[0], rho=twin[1])
     if look.redundancy - int(look.freedom[worst]) < REDUNDANCY_LEFT:
         return _stopped(found)
     return found
@@ -136,4 +142,4 @@ def _stopped(decision: Decision) -> Decision:
     """A suspect that stays, because without it the rest would be unchecked or undetermined."""
     if decision.action == "not separable":
         return decision
-    return Decision(decision.point, "not removable", decision.round, decision.statistic, decision.critical)
+    return replace(decision, action="not removable")
