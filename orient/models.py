@@ -865,7 +865,9 @@ class AdjustmentTest(Base):
     lower: Mapped[float | None] = real("accepted from here, chi^2 of r degrees of freedom at 5 %")
     upper: Mapped[float | None] = real("accepted to here")
     probability: Mapped[float | None] = real("chance of a statistic so far out, both sides")
-    verdict: Mapped[str | None] = text("accepted | too large | too small | no redundancy; NULL without a sigma0 a priori")
+    verdict: Mapped[str | None] = text(
+        "accepted | too large | too small | no redundancy; NULL without a sigma0 a priori"
+    )
     test: Mapped[str] = text("w: Baarda, sigma0 known | tau: Pope, sigma0 estimated")
     sigma0: Mapped[float] = real("sigma0 of the test, unit of the observations")
     critical: Mapped[float | None] = real("limit of |w| or |tau|, alpha0 = 0.001; NULL: no test is possible (r < 2)")
@@ -884,7 +886,9 @@ class ObservationTest(Base):
     kind: Mapped[str] = text("image | ground: given control | coefficient: of a sheet | cross", primary_key=True)
     part: Mapped[str] = text("sheet of a coefficient or cross, else empty", primary_key=True)
     point: Mapped[str] = text("point or cross; empty for a coefficient", primary_key=True)
-    axis: Mapped[str] = text("x y of the image, X Y Z of the ground, N E of a cross, name of the coefficient", primary_key=True)
+    axis: Mapped[str] = text(
+        "x y of the image, X Y Z of the ground, N E of a cross, name of the coefficient", primary_key=True
+    )
     unit: Mapped[str] = text("mm | m | deg: unit of v and smallest_error")
     v: Mapped[float] = real("residual, adjusted minus observed")
     redundancy_number: Mapped[float] = real("r_i, diagonal of Q_v P; all r_i sum to the redundancy")
@@ -892,9 +896,13 @@ class ObservationTest(Base):
     w: Mapped[float | None] = real("w or tau (see adjustment_test); NULL when no other observation checks it")
     smallest_error: Mapped[float | None] = real("MDB: error that the test finds with power 0.80; NULL: none is found")
     bias_to_noise: Mapped[float | None] = real("effect of smallest_error on the unknowns, in units of their precision")
-    ground_shift_m: Mapped[float | None] = real("largest shift of a ground point of the photo (sheet) by smallest_error")
+    ground_shift_m: Mapped[float | None] = real(
+        "largest shift of a ground point of the photo (sheet) by smallest_error"
+    )
     ground_shift_point: Mapped[str | None] = text("the point that shifts most")
-    rho: Mapped[float | None] = real("correlation |rho_w| with the most correlated test of another point; NULL: not asked")
+    rho: Mapped[float | None] = real(
+        "correlation |rho_w| with the most correlated test of another point; NULL: not asked"
+    )
     rho_with: Mapped[str | None] = text("that other point (and sheet)")
     verdict: Mapped[str] = text("good | suspect: |w| > critical | hardly checked: share < 0.1 | not checked")
 

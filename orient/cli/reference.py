@@ -57,7 +57,9 @@ def _tables() -> Iterator[str]:
     from orient.models import Base
 
     classes = {str(mapper.class_.__tablename__): mapper.class_ for mapper in Base.registry.mappers}
-    own = {f"Stage {stage}": [name for name in tables if name not in TEST_TABLES] for stage, tables in STAGE_TABLES.items()}
+    own = {
+        f"Stage {stage}": [name for name in tables if name not in TEST_TABLES] for stage, tables in STAGE_TABLES.items()
+    }
     groups = {"The ledger": LEDGER_TABLES, **own, "Tests of the adjustments (digitize, resection)": TEST_TABLES}
     for group, tables in groups.items():
         yield f"\n### {group}\n"

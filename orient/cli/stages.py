@@ -28,7 +28,8 @@ def register(app: typer.Typer) -> None:
 LARGEST_TOLERANCE = 1e-4
 
 Reject = Annotated[
-    bool | None, typer.Option("--reject/--keep", help="Leave flagged readings, crosses or points out; each is recorded.")
+    bool | None,
+    typer.Option("--reject/--keep", help="Leave flagged readings, crosses or points out; each is recorded."),
 ]
 AllowBallpark = Annotated[
     bool | None,
@@ -38,12 +39,14 @@ AllowBallpark = Annotated[
 
 Exclude = Annotated[
     str | None,
-    typer.Option("--exclude", metavar="P7,P9|none", help="Leave these out; none: take all again. Needs --reason."),
+    typer.Option("--exclude", metavar="P7,P9|none", help="Leave these out, none: take all again. Needs --reason."),
 ]
 Why = Annotated[str | None, typer.Option("--reason", help="Why they are left out; it is kept with each of them.")]
 Robust = Annotated[
     bool | None,
-    typer.Option("--robust/--plain", help="First find the points that agree; the result is a plain adjustment of them."),
+    typer.Option(
+        "--robust/--plain", help="First find the points that agree; the result is a plain adjustment of them."
+    ),
 ]
 
 
@@ -126,10 +129,14 @@ def digitize(
         ),
     ] = None,
     reject: Reject = None,
+    robust: Robust = None,
+    exclude: Exclude = None,
+    reason: Why = None,
 ) -> None:
     """Map points by the polynomial of their sheet, with covariance; bad crosses are named."""
     asked = {} if degree is None else {"degree": _degree(degree)}
-    _stage(project, "digitize", {**_given(choice=choice, reject=reject), **asked}, message, again)
+    given = {**_given(choice=choice, reject=reject, robust=robust), **asked, **_exclusion(exclude, reason)}
+    _stage(project, "digitize", given, message, again)
 
 
 def bl(

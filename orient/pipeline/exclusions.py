@@ -22,6 +22,13 @@ def by_hand(settings: Settings, points: Sequence[str], what: str) -> list[int]:
     return sorted({points.index(name) for name in asked})
 
 
+def suspect_row(part: str, point: str, chance: float, limit: float, is_rejected: bool) -> Row:
+    """A cross that the test of `digitize` names: all its coordinates together, sigma0 without the cross itself."""
+    action = "excluded" if is_rejected else "proposed"
+    reason = f"chance of such a residual without an error {chance:.2g}, below {limit:g}"
+    return _row(part, point, "snooping", action, reason, test="chance", statistic=chance, critical=limit)
+
+
 def excluded_names(settings: Settings) -> list[str]:
     """The names in the setting `exclude`."""
     return [name.strip() for name in str(settings["exclude"] or "").split(",") if name.strip()]
@@ -87,7 +94,9 @@ def _proposals(rows: Sequence[Row], command: str) -> list[Event]:
     told = [f"{_place(row)} ({row['reason']})" for row in rows[:NAMED]]
     more = f" and {len(rows) - NAMED} more" if len(rows) > NAMED else ""
     be, them = ("is", "it") if len(rows) == 1 else ("are", "them")
-    message = f"{', '.join(told)}{more} {be} suspected of a gross error; kept; leave {them} out with: {command} --reject"
+    message = (
+        f"{', '.join(told)}{more} {be} suspected of a gross error; kept; leave {them} out with: {command} --reject"
+    )
     statistic = rows[0]["statistic"]
     subject = ", ".join(str(row["point"]) for row in rows)
     return [Event("warning", "suspect", subject, message, None if statistic is None else float(statistic))]

@@ -59,7 +59,14 @@ STAGES = (
         1,
         "map points: polynomial of each sheet",
         required=("photo", "sheet"),
-        settings={"degree": None, "choice": "f-test", "reject": False},
+        settings={
+            "degree": None,
+            "choice": "f-test",
+            "reject": False,
+            "robust": False,
+            "exclude": "",
+            "exclude_reason": "",
+        },
     ),
     Stage(
         "bl",

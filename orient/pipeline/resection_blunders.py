@@ -125,7 +125,9 @@ def choose_control(task: Task) -> Chosen:
     )
 
 
-def measured(task: Task, at: Sequence[int], place: Array, free: Array, weight: Array, shared: WhitenedCommon) -> Measured:
+def measured(
+    task: Task, at: Sequence[int], place: Array, free: Array, weight: Array, shared: WhitenedCommon
+) -> Measured:
     """Points of the control as the solver takes them."""
     frame, control = task.frame, task.control
     turned = [frame.right_handed_matrix(matrix) if free.any() else None for matrix in (free, weight)]

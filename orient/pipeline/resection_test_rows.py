@@ -131,9 +131,7 @@ def _shifts(task: Task, tested: Tested) -> list[_Shifts]:
     solved = tested.solved
     probes = far_apart(solved.found.computed)
     up = task.frame.right_handed(solved.up[probes])
-    return [
-        _Shifts(*largest_ground_shift(solved.found, up, probes, test.effect)) for test in tested.reliability.tests
-    ]
+    return [_Shifts(*largest_ground_shift(solved.found, up, probes, test.effect)) for test in tested.reliability.tests]
 
 
 def _correlations(tested: Tested) -> dict[Observation, tuple[float | None, str | None]]:
@@ -194,12 +192,12 @@ def _unchecked(rows: Sequence[Row]) -> list[Event]:
     """One remark on the readings that the others hardly check or do not check at all."""
     events = []
     for word, code in (("not checked", "not_checked"), ("hardly checked", "hardly_checked")):
-        points = list(dict.fromkeys(str(row["point"]) for row in rows if row["kind"] == "image" and row["verdict"] == word))
+        points = list(
+            dict.fromkeys(str(row["point"]) for row in rows if row["kind"] == "image" and row["verdict"] == word)
+        )
         if points:
             more = f" and {len(points) - NAMED} more" if len(points) > NAMED else ""
             what = "a gross error in them does not show" if code == "not_checked" else "r < 0.1"
             message = f"{word} by the other points ({what}): {', '.join(points[:NAMED])}{more}"
             events.append(Event("info", code, ", ".join(points[:NAMED]), message, float(len(points))))
     return events
-
-

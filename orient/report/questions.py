@@ -58,7 +58,9 @@ QUESTIONS = (
         "ground_shift_point FROM v_reliability WHERE is_current ORDER BY ground_shift_m DESC",
     ),
     Question("excluded", "Which points were left out, by whom and why?", "SELECT * FROM v_exclusion WHERE is_current"),
-    Question("global-test", "Do the adjustments fit the sigmas given?", "SELECT * FROM v_adjustment_test WHERE is_current"),
+    Question(
+        "global-test", "Do the adjustments fit the sigmas given?", "SELECT * FROM v_adjustment_test WHERE is_current"
+    ),
     Question("ground-accuracy", "How sure is a ground point read on the photo?", _current("v_ground_accuracy")),
     Question("error-budget", "Where does the ground error of each point come from?", _current("v_error_budget")),
     Question("corrections", "What was corrected on each image point?", _current("v_correction")),

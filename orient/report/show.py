@@ -36,9 +36,9 @@ def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> No
     print_events(events, indent="  ")
     if stage == "resection":
         _print_resection(tables)
-    _print_tests(tables, with_lines=stage != "resection")
     for section in SECTIONS.get(stage, ()):
         _print_section(section, tables.get(section.source, ()))
+    _print_tests(tables, with_lines=stage != "resection")
     if stage == "photo":
         _print_record(tables["photo"][0])
 
@@ -77,6 +77,8 @@ def _print_resection(tables: Tables) -> None:
 def _print_tests(tables: Tables, with_lines: bool) -> None:
     """Exclusions and reliability of any stage that has them."""
     out = console()
+    if with_lines and tables.get("adjustment_test"):
+        out.print()
     for text in test_lines(tables) if with_lines else ():
         out.print(text, soft_wrap=True)
     for title, headers, rows in reliability_tables(tables, SHOWN_ROWS):

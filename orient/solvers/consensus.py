@@ -24,7 +24,7 @@ BREAKDOWN = 0.4
 """Largest share of wrong points that a consensus may have; with more, another set of points could agree by chance."""
 LARGEST_SCALE = 5.0
 """sigma0 of the agreeing points, in units of that a priori, above which they do not agree."""
-SAMPLES = 300
+SAMPLES = 120
 BEST_SAMPLES = 6
 STEPS = 10
 MOST_ROUNDS = 30

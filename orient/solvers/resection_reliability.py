@@ -132,7 +132,12 @@ def _shared_shift(found: Resection, points: Measured, shared: WhitenedCommon) ->
 
 
 def _blocks(
-    found: View | Resection, points: Measured, place: FloatArray, residuals: FloatArray, shift: FloatArray, axes: FloatArray
+    found: View | Resection,
+    points: Measured,
+    place: FloatArray,
+    residuals: FloatArray,
+    shift: FloatArray,
+    axes: FloatArray,
 ) -> Blocks:
     """Points at `place`, which the common unknowns have moved by `shift` from where they were given."""
     known, (n, _, q) = points.ground, points.by_common.shape

@@ -121,9 +121,7 @@ def _decide(look: Verdicts[Adjusted], kept: BoolArray, start: BoolArray, number:
     worst = int(np.argmax(statistic))
     if not statistic[worst] > look.critical:
         return None
-    found = Decision(
-        worst, "excluded", number, float(statistic[worst]), look.critical, int(look.observation[worst])
-    )
+    found = Decision(worst, "excluded", number, float(statistic[worst]), look.critical, int(look.observation[worst]))
     twin = look.twin(worst)
     if twin is not None and twin[1] > INSEPARABLE and statistic[twin[0]] > look.critical:
         return replace(found, action="not separable", twin=twin[0], rho=twin[1])

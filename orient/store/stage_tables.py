@@ -10,7 +10,14 @@ STAGE_TABLES: dict[str, tuple[str, ...]] = {
     "control": ("control_point", "control_system"),
     "model": ("model_point",),
     "refine": ("cycle_residual", "interior_orientation", "interior_parameter", "fiducial_residual", "image_point"),
-    "digitize": ("sheet_transform", "sheet_coefficient", "sheet_cofactor", "cross_residual", "digitized_point", *TEST_TABLES),
+    "digitize": (
+        "sheet_transform",
+        "sheet_coefficient",
+        "sheet_cofactor",
+        "cross_residual",
+        "digitized_point",
+        *TEST_TABLES,
+    ),
     "bl": ("crs_operation", "geographic_point"),
     "topocentric": ("topocentric_frame", "topocentric_point"),
     "resection": (

@@ -135,7 +135,9 @@ def test_reliability_of_every_reading_is_shown_and_asked(tmp_path: Path) -> None
     sums = asked(path, "SELECT sum(redundancy_number), max(share) FROM v_reliability WHERE is_current")
     assert float(sums[0][0]) == pytest.approx(18.0, abs=1e-9)
     assert 0.0 < float(sums[0][1]) < 1.0
-    effects = asked(path, "SELECT unknown, unit, max(abs(effect)) FROM external_reliability GROUP BY unknown ORDER BY 1")
+    effects = asked(
+        path, "SELECT unknown, unit, max(abs(effect)) FROM external_reliability GROUP BY unknown ORDER BY 1"
+    )
     assert [row[0] for row in effects] == ["X_S", "Y_S", "Z_S", "rotation_1", "rotation_2", "rotation_3"]
     assert {row[1] for row in effects} == {"m", "deg"}
     for question in ("suspects", "reliability", "excluded", "global-test"):

@@ -31,7 +31,9 @@ def judged(A: FloatArray, L: FloatArray, kept: NDArray[np.bool_], limits: Limits
     x = solution(A[kept], L[kept])
     inside = blocks_of(A[kept], L[kept])
     tests = observation_tests([inside], limits, A.shape[2])
-    outside = Blocks(np.tile(np.eye(A.shape[1]), (int((~kept).sum()), 1, 1)), np.zeros(0), A[~kept], A[~kept] @ x + L[~kept])
+    outside = Blocks(
+        np.tile(np.eye(A.shape[1]), (int((~kept).sum()), 1, 1)), np.zeros(0), A[~kept], A[~kept] @ x + L[~kept]
+    )
     statistic, worst, probability = np.full(len(A), np.nan), np.full(len(A), -1), np.full(len(A), np.nan)
     w = np.nan_to_num(np.abs(tests.tests[0].w))
     statistic[kept], worst[kept] = w.max(axis=1), w.argmax(axis=1)

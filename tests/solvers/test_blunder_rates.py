@@ -75,7 +75,9 @@ def one_scene(random: np.random.Generator, counts: Counts) -> None:
     by_tau = error * tau_limit.delta0 / w_limits(SIGMA).delta0
     _, hit = erroneous(made, image, [(i, axis, by_tau)])
     limits = tau_limits(hit.vPv, hit.redundancy)
-    counts.found_by_tau += bool(np.abs(tested(made, hit, shifted(image, i, axis, by_tau), limits).w[i, axis]) > limits.critical)
+    counts.found_by_tau += bool(
+        np.abs(tested(made, hit, shifted(image, i, axis, by_tau), limits).w[i, axis]) > limits.critical
+    )
     ten, _ = erroneous(made, image, [(i, axis, 10 * error)])
     counts.large_named_first += int(np.argmax(np.abs(ten.w[:, :2])) == 2 * i + axis)
     counts.both_named += two_are_named(made, image, (i, axis), random, w)

@@ -159,9 +159,7 @@ def weighted_scene(name: str, with_common: bool) -> tuple[Resection, Measured, C
     shift[:5, 0, 0] = shift[:5, 1, 1] = 1.0
     common = CommonUnknowns(shift, np.array([[4.0, 0.8], [0.8, 8.0]]), ["a", "b"]) if with_common else None
     image = made.noisy(SIGMA, random)
-    found = resect(
-        image, cofactor, ground, made.f_mm, ground_free=free, ground_weight=weight, common=common
-    )
+    found = resect(image, cofactor, ground, made.f_mm, ground_free=free, ground_weight=weight, common=common)
     by_common = whitened(common, 12).by_ground
     points = Measured(image, cofactor, ground_knowledge(ground, free, weight), by_common)
     return found, points, common
@@ -170,9 +168,7 @@ def weighted_scene(name: str, with_common: bool) -> tuple[Resection, Measured, C
 @pytest.mark.parametrize("with_common", [False, True], ids=["points alone", "common unknowns"])
 def test_resection_numbers_agree_and_sum_to_the_redundancy(with_common: bool) -> None:
     found, points, common = weighted_scene("sum", with_common)
-    tests = observation_tests(
-        control_blocks(found, points, whitened(common, 12), np.eye(3)), w_limits(SIGMA), 6
-    ).tests
+    tests = observation_tests(control_blocks(found, points, whitened(common, 12), np.eye(3)), w_limits(SIGMA), 6).tests
     assert sum(np.nansum(test.redundancy) for test in tests) == pytest.approx(found.redundancy, abs=1e-12)
     assert tests[0].redundancy[:, :2] == pytest.approx(found.redundancy_numbers, abs=1e-11)
     assert np.nansum(tests[0].redundancy[:, 2:], axis=1) == pytest.approx(found.ground_redundancy, abs=1e-11)
@@ -221,7 +217,9 @@ def test_point_left_out_is_judged_like_one_that_is_in() -> None:
     rest = points.at(np.arange(1, 10))
     without = resect(image[1:], made.unit[1:], made.ground[1:], made.f_mm)
     tests = observation_tests(control_blocks(without, rest, whitened(None, 9), np.eye(3)), limits, 6)
-    predicted, freedom = prediction_statistic(other_blocks(without, points.at(np.arange(1)), whitened(None, 1)), tests, limits)
+    predicted, freedom = prediction_statistic(
+        other_blocks(without, points.at(np.arange(1)), whitened(None, 1)), tests, limits
+    )
     assert predicted[0] == pytest.approx(T[0], rel=1e-3)
     assert freedom[0] == 2
 
