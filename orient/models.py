@@ -920,7 +920,7 @@ class PointTest(Base):
 
 
 class ExternalReliability(Base):
-    """What an error of `smallest_error` in an observation, not found, does to the elements: Q A'P e_i smallest_error."""
+    """What an error of `smallest_error` in an observation, not found, does to the elements: Q A'P e_i times it."""
 
     __tablename__ = "external_reliability"
     __table_args__ = (one_of("kind", "image", "ground", "coefficient"),)
@@ -935,7 +935,7 @@ class ExternalReliability(Base):
 
 
 class Exclusion(Base):
-    """Points and crosses that were left out of an adjustment, or that the program proposes to leave out, with the reason."""
+    """Points and crosses that were left out of an adjustment, or that are proposed for it, with the reason."""
 
     __tablename__ = "exclusion"
     __table_args__ = (

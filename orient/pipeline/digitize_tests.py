@@ -1,4 +1,4 @@
-"""Reliability of the crosses of a sheet, and those that are left out before the tests: by hand, by robust estimation."""
+"""Reliability of the crosses of a sheet, and those that are left out beforehand: by hand, by robust estimation."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,13 +1,20 @@
 """Points that are left out of an adjustment: by hand, by robust estimation, by data snooping; as rows and in words."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from orient.errors import OrientError
 from orient.solvers.snooping import Decision
 from orient.values import Event, Row, Scalar, Settings, Severity
 
-NAMED = 5
+NAMED = 3
 """Suspects that one sentence names; the table holds all of them."""
+
+EVENTS: Mapping[str, tuple[Severity, str, str]] = {
+    "excluded": ("info", "excluded", "left out"),
+    "taken back": ("info", "taken_back", "it takes part again"),
+    "not separable": ("warning", "not_separable", "both are kept"),
+    "not removable": ("warning", "suspect", "kept, because the rest would not be checked without it"),
+}
 
 
 def by_hand(settings: Settings, points: Sequence[str], what: str) -> list[int]:
@@ -78,46 +85,32 @@ def numbered(rows: Sequence[Row]) -> list[Row]:
     return [{"seq": seq, **row} for seq, row in enumerate(rows, 1)]
 
 
-def snooping_events(rows: Sequence[Row], command: str) -> list[Event]:
-    """What a reader must know of the decisions of the snooping; proposals stand in one sentence.
-
-    `command` is what computes the stage again.
-    """
+def snooping_events(rows: Sequence[Row]) -> list[Event]:
+    """What a reader must know of the decisions of the snooping; proposals stand in one sentence."""
     proposed = [row for row in rows if row["action"] == "proposed"]
     others = [row for row in rows if row["decided_by"] == "snooping" and row["action"] != "proposed"]
-    return [*_proposals(proposed, command), *(_event(row, command) for row in others)]
+    return [*_proposals(proposed), *(_event(row) for row in others)]
 
 
-def _proposals(rows: Sequence[Row], command: str) -> list[Event]:
+def _proposals(rows: Sequence[Row]) -> list[Event]:
     if not rows:
         return []
-    told = [f"{_place(row)} ({row['reason']})" for row in rows[:NAMED]]
+    told = [f"{row['point']} ({row['reason']})" for row in rows[:NAMED]]
     more = f" and {len(rows) - NAMED} more" if len(rows) > NAMED else ""
-    be, them = ("is", "it") if len(rows) == 1 else ("are", "them")
-    message = (
-        f"{', '.join(told)}{more} {be} suspected of a gross error; kept; leave {them} out with: {command} --reject"
-    )
-    statistic = rows[0]["statistic"]
+    be = "is" if len(rows) == 1 else "are"
     subject = ", ".join(str(row["point"]) for row in rows)
-    return [Event("warning", "suspect", subject, message, None if statistic is None else float(statistic))]
+    message = f"{', '.join(told)}{more} {be} suspected of a gross error and kept"
+    return [Event("warning", "suspect", subject, message, _number(rows[0]))]
 
 
-def _place(row: Row) -> str:
-    return f"sheet {row['part']}, cross {row['point']}" if row["part"] else str(row["point"])
+def _event(row: Row) -> Event:
+    severity, code, told = EVENTS[str(row["action"])]
+    return Event(severity, code, str(row["point"]), f"{row['point']}: {row['reason']}; {told}", _number(row))
 
 
-def _event(row: Row, command: str) -> Event:
-    told = {
-        "excluded": "left out",
-        "taken back": "taken back",
-        "not separable": f'decide yourself: {command} --exclude {row["point"]} --reason "..."',
-        "not removable": "kept, because the rest would not be checked without it",
-    }[str(row["action"])]
+def _number(row: Row) -> float | None:
     value = row["statistic"]
-    code = "excluded" if row["action"] == "excluded" else "suspect"
-    severity: Severity = "info" if row["action"] == "taken back" else "warning"
-    message = f"{_place(row)}: {row['reason']}; {told}"
-    return Event(severity, code, str(row["point"]), message, None if value is None else float(value))
+    return None if value is None else float(value)
 
 
 def _in_words(decision: Decision, test: str, observation: str | None, other: str | None) -> str:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from orient.pipeline.exclusions import hand_row, numbered, robust_row, snooping_events, snooping_row
 from orient.pipeline.resection_blunders import Chosen, Task, Tested
@@ -31,13 +32,13 @@ class _Shifts:
     """Largest shift on the ground by the smallest findable error of each observation, and the point it happens at."""
 
     metres: Array
-    point: Array
+    point: NDArray[np.intp]
 
 
 def test_tables(task: Task, chosen: Chosen) -> tuple[Tables, list[Event]]:
     """adjustment_test, observation_test, point_test, external_reliability, exclusion; and the findings."""
     exclusions = _exclusions(task, chosen)
-    events = snooping_events(exclusions, "orient resection PROJECT")
+    events = snooping_events(exclusions)
     if chosen.by_robust:
         events.append(_robust_event(task, chosen))
     tables: dict[str, Sequence[Row]] = {"exclusion": numbered(exclusions)}
@@ -80,7 +81,7 @@ def _robust_event(task: Task, chosen: Chosen) -> Event:
 def _observation_rows(task: Task, tested: Tested) -> list[Row]:
     tests, shifts = tested.reliability.tests, _shifts(task, tested)
     correlated = _correlations(tested)
-    rows = []
+    rows: list[Row] = []
     for group, test in enumerate(tests):
         values = _residuals(task, tested, group)
         for block, k in np.argwhere(np.isfinite(test.share)):
@@ -178,7 +179,7 @@ def _effect_rows(task: Task, tested: Tested) -> list[Row]:
 
 
 def _stored(task: Task, test: BlockTests, block: int, k: int) -> Array:
-    effect = test.effect[block, k].copy()
+    effect: Array = test.effect[block, k].copy()
     effect[:3] *= DEGREES_PER_RADIAN
     effect[3:6] = task.frame.right_handed(effect[3:6])
     return effect

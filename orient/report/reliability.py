@@ -75,7 +75,7 @@ def _observations(rows: Sequence[Row], most: int) -> Shown:
 
 
 def _place(row: Row) -> tuple[bool, int, float]:
-    """Points before the coefficients of sheets, which a photo hardly checks anyway; bad verdicts, great effects first."""
+    """Points before coefficients of sheets, which a photo hardly checks anyway; bad verdicts, great effects first."""
     return row["kind"] == "coefficient", ORDER[str(row["verdict"])], -_size(row["bias_to_noise"])
 
 

@@ -36,7 +36,7 @@ class RobustFailed(OrientError):
     def __init__(self, why: str) -> None:
         super().__init__(
             f"ROBUST_FAILED: {why}",
-            "Check the point names, the axes, f and the coordinate system; then exclude points that you know are wrong.",
+            "Check point names, axes, f and the coordinate system; then exclude the points that you know are wrong.",
         )
 
 

@@ -148,11 +148,11 @@ def block_statistic(tests: BlockTests, observations: Sequence[int], limits: Limi
     It tests whether these observations of block i have any errors at all: chi^2 with as many degrees of freedom as
     there are directions that the others check; NaN where there are none. Source: Baarda 1968.
     """
-    at = np.ix_(range(len(tests.w)), observations, observations)
-    Pv = tests.weighted_residuals[:, list(observations)]
-    values, axes = np.linalg.eigh(tests.own_block[at])
-    present = values > UNTESTED * np.maximum(values[:, -1:], 0.0)
-    present &= np.isfinite(tests.w[:, list(observations)]).any(axis=1)[:, None]
+    chosen = list(observations)
+    Pv = tests.weighted_residuals[:, chosen]
+    values, axes = np.linalg.eigh(tests.own_block[:, chosen][:, :, chosen])
+    has_test = tests.is_tested[:, chosen].max(axis=1)
+    present = (values > UNTESTED * np.maximum(values[:, -1:], 0.0)) & has_test[:, None]
     along = np.einsum("nij,ni->nj", axes, Pv)
     squares = np.where(present, along**2 / np.where(present, values, 1.0), 0.0)
     freedom = present.sum(axis=1).astype(np.int64)

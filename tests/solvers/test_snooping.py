@@ -137,7 +137,7 @@ def test_up_to_forty_percent_wrong_points_are_left_out(wrong: int) -> None:
 def test_more_wrong_points_are_a_failure(wrong: int) -> None:
     A, L = line("too many")
     L[:wrong, 0] += generator("size").uniform(100, 900, wrong)
-    with pytest.raises(RobustFailed, match="^ROBUST_FAILED: ") as refused:
+    with pytest.raises(RobustFailed, match=r"^ROBUST_FAILED: ") as refused:
         consensus(A, L)
     assert refused.value.exit_code == 1
 
