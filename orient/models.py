@@ -759,18 +759,18 @@ class Equation(Base):
 
 
 class ImageResidual(Base):
-    """Residuals of the image coordinates: v = adjusted minus measured."""
+    """Residuals of the image coordinates: v = adjusted minus measured; an excluded point like a check point."""
 
     __tablename__ = "image_residual"
     run_id: Mapped[int] = run_id()
     point: Mapped[str] = text("point", primary_key=True)
-    role: Mapped[str] = text("control | check")
+    role: Mapped[str] = text("control | check | excluded")
     x_mm: Mapped[float] = real("measured x")
     y_mm: Mapped[float] = real("measured y")
     vx_mm: Mapped[float] = real("computed minus measured x")
     vy_mm: Mapped[float] = real("computed minus measured y")
-    redundancy_x: Mapped[float | None] = real("redundancy number of x; NULL for a check point")
-    redundancy_y: Mapped[float | None] = real("redundancy number of y; NULL for a check point")
+    redundancy_x: Mapped[float | None] = real("redundancy number of x; NULL if not control")
+    redundancy_y: Mapped[float | None] = real("redundancy number of y; NULL if not control")
     depth_m: Mapped[float] = real("distance of the point from the image plane's parallel through S, positive in front")
 
 
@@ -859,6 +859,118 @@ class GroundCovariancePair(Base):
     K_XY_m2: Mapped[float] = real("cov(X_i, Y_j)")
     K_YX_m2: Mapped[float] = real("cov(Y_i, X_j)")
     K_YY_m2: Mapped[float] = real("cov(Y_i, Y_j)")
+
+
+# ---------------------------------------------------------------------------------------------- reliability
+
+
+class AdjustmentTest(Base):
+    """The global test of an adjustment, and the test that decided about its observations."""
+
+    __tablename__ = "adjustment_test"
+    __table_args__ = (
+        one_of("test", "w", "tau"),
+        one_of("verdict", "accepted", "too large", "too small", "no redundancy"),
+    )
+    run_id: Mapped[int] = run_id()
+    part: Mapped[str] = text("empty, or the sheet", primary_key=True)
+    component: Mapped[str] = text("empty, or N or E where they are adjusted apart", primary_key=True)
+    redundancy: Mapped[int] = whole("r")
+    sigma0_known: Mapped[float | None] = real("sigma0 a priori, unit of the observations; NULL = not known")
+    statistic: Mapped[float | None] = real("v'Pv / sigma0^2 with the sigma0 a priori; NULL without one")
+    lower: Mapped[float | None] = real("accepted from here, chi^2 of r degrees of freedom at 5 %")
+    upper: Mapped[float | None] = real("accepted to here")
+    probability: Mapped[float | None] = real("chance of a statistic so far out, both sides")
+    verdict: Mapped[str | None] = text(
+        "accepted | too large | too small | no redundancy; NULL without a sigma0 a priori"
+    )
+    test: Mapped[str] = text("w: Baarda, sigma0 known | tau: Pope, sigma0 estimated")
+    sigma0: Mapped[float] = real("sigma0 of the test, unit of the observations")
+    critical: Mapped[float | None] = real("limit of |w| or |tau|, alpha0 = 0.001; NULL: no test is possible (r < 2)")
+    delta0: Mapped[float | None] = real("noncentrality that is found with power 0.80")
+
+
+class ObservationTest(Base):
+    """What each observation shows of its own error, and the smallest error in it that the others would find."""
+
+    __tablename__ = "observation_test"
+    __table_args__ = (
+        one_of("kind", "image", "ground", "coefficient", "cross"),
+        one_of("verdict", "good", "suspect", "hardly checked", "not checked"),
+    )
+    run_id: Mapped[int] = run_id()
+    kind: Mapped[str] = text("image | ground: given control | coefficient: of a sheet | cross", primary_key=True)
+    part: Mapped[str] = text("sheet of a coefficient or cross, else empty", primary_key=True)
+    point: Mapped[str] = text("point or cross; empty for a coefficient", primary_key=True)
+    axis: Mapped[str] = text(
+        "x y of the image, X Y Z of the ground, N E of a cross, name of the coefficient", primary_key=True
+    )
+    unit: Mapped[str] = text("mm | m | deg: unit of v and smallest_error")
+    v: Mapped[float] = real("residual, adjusted minus observed")
+    redundancy_number: Mapped[float] = real("r_i, diagonal of Q_v P; all r_i sum to the redundancy")
+    share: Mapped[float] = real("(P Q_v P)_ii / P_ii: share of an error that the others see, 0 ... 1")
+    w: Mapped[float | None] = real("w or tau (see adjustment_test); NULL when no other observation checks it")
+    smallest_error: Mapped[float | None] = real("MDB: error that the test finds with power 0.80; NULL: none is found")
+    bias_to_noise: Mapped[float | None] = real("effect of smallest_error on the unknowns, in units of their precision")
+    ground_shift_m: Mapped[float | None] = real(
+        "largest shift of a ground point of the photo (sheet) by smallest_error"
+    )
+    ground_shift_point: Mapped[str | None] = text("the point that shifts most")
+    rho: Mapped[float | None] = real(
+        "correlation |rho_w| with the most correlated test of another point; NULL: not asked"
+    )
+    rho_with: Mapped[str | None] = text("that other point (and sheet)")
+    verdict: Mapped[str] = text("good | suspect: |w| > critical | hardly checked: share < 0.1 | not checked")
+
+
+class PointTest(Base):
+    """All coordinates of one reading tested together: is there any error in the point?"""
+
+    __tablename__ = "point_test"
+    run_id: Mapped[int] = run_id()
+    part: Mapped[str] = text("sheet of a cross, else empty", primary_key=True)
+    point: Mapped[str] = text("point or cross", primary_key=True)
+    statistic: Mapped[float | None] = real("(Pv)'(P Q_v P)^-1 (Pv) / sigma0^2; NULL when nothing checks it")
+    freedom: Mapped[int] = whole("degrees of freedom")
+    probability: Mapped[float | None] = real("chance of so large a value without an error")
+
+
+class ExternalReliability(Base):
+    """What an error of `smallest_error` in an observation, not found, does to the elements: Q A'P e_i times it."""
+
+    __tablename__ = "external_reliability"
+    __table_args__ = (one_of("kind", "image", "ground", "coefficient"),)
+    run_id: Mapped[int] = run_id()
+    kind: Mapped[str] = text("image | ground | coefficient", primary_key=True)
+    part: Mapped[str] = text("sheet of a coefficient, else empty", primary_key=True)
+    point: Mapped[str] = text("point; empty for a coefficient", primary_key=True)
+    axis: Mapped[str] = text("as observation_test", primary_key=True)
+    unknown: Mapped[str] = text("rotation_1 rotation_2 rotation_3 X_S Y_S Z_S, as in cofactor", primary_key=True)
+    unit: Mapped[str] = text("deg | m")
+    effect: Mapped[float] = real("change of the element")
+
+
+class Exclusion(Base):
+    """Points and crosses that were left out of an adjustment, or that are proposed for it, with the reason."""
+
+    __tablename__ = "exclusion"
+    __table_args__ = (
+        one_of("decided_by", "snooping", "hand", "robust"),
+        one_of("action", "excluded", "proposed", "taken back", "not separable", "not removable"),
+    )
+    run_id: Mapped[int] = run_id()
+    seq: Mapped[int] = whole("order of the decisions", primary_key=True)
+    part: Mapped[str] = text("sheet of a cross, else empty")
+    point: Mapped[str] = text("point or cross")
+    decided_by: Mapped[str] = text("snooping | hand | robust")
+    observation: Mapped[str | None] = text("the observation with the largest |w| or |tau|; NULL: not by a test")
+    action: Mapped[str] = text("excluded | proposed | taken back | not separable | not removable: the rest is too weak")
+    round: Mapped[int | None] = whole("round of the snooping")
+    test: Mapped[str | None] = text("w | tau | chance: of the misfit of a point that was taken back")
+    statistic: Mapped[float | None] = real("largest |w| or |tau| of the point in that round")
+    critical: Mapped[float | None] = real("limit of the test")
+    other: Mapped[str | None] = text("the point that it cannot be separated from")
+    reason: Mapped[str] = text("why, in words")
 
 
 # ---------------------------------------------------------------------------------------------- verify

@@ -200,6 +200,36 @@ CREATE TABLE absolute_small_angle (
 )
  STRICT;
 
+CREATE TABLE adjustment_test (
+	run_id INTEGER NOT NULL, 
+	part TEXT NOT NULL, 
+	component TEXT NOT NULL, 
+	redundancy INTEGER NOT NULL, 
+	sigma0_known REAL, 
+	statistic REAL, 
+	lower REAL, 
+	upper REAL, 
+	probability REAL, 
+	verdict TEXT, 
+	test TEXT NOT NULL, 
+	sigma0 REAL NOT NULL, 
+	critical REAL, 
+	delta0 REAL, 
+	CONSTRAINT pk_adjustment_test PRIMARY KEY (run_id, part, component), 
+	CONSTRAINT ck_adjustment_test_test CHECK (test IN ('w', 'tau')), 
+	CONSTRAINT ck_adjustment_test_verdict CHECK (verdict IN ('accepted', 'too large', 'too small', 'no redundancy')), 
+	CONSTRAINT fk_adjustment_test_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_adjustment_test_sigma0_known_finite CHECK (sigma0_known BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_adjustment_test_statistic_finite CHECK (statistic BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_adjustment_test_lower_finite CHECK (lower BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_adjustment_test_upper_finite CHECK (upper BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_adjustment_test_probability_finite CHECK (probability BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_adjustment_test_sigma0_finite CHECK (sigma0 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_adjustment_test_critical_finite CHECK (critical BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_adjustment_test_delta0_finite CHECK (delta0 BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
 CREATE TABLE closed_form_condition (
 	run_id INTEGER NOT NULL, 
 	seq INTEGER NOT NULL, 
@@ -229,6 +259,45 @@ CREATE TABLE element_use (
 	CONSTRAINT ck_element_use_factor_finite CHECK (factor BETWEEN -1e15 AND 1e15), 
 	CONSTRAINT ck_element_use_factor_least_finite CHECK (factor_least BETWEEN -1e15 AND 1e15), 
 	CONSTRAINT ck_element_use_factor_most_finite CHECK (factor_most BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
+CREATE TABLE exclusion (
+	run_id INTEGER NOT NULL, 
+	seq INTEGER NOT NULL, 
+	part TEXT NOT NULL, 
+	point TEXT NOT NULL, 
+	decided_by TEXT NOT NULL, 
+	observation TEXT, 
+	action TEXT NOT NULL, 
+	round INTEGER, 
+	test TEXT, 
+	statistic REAL, 
+	critical REAL, 
+	other TEXT, 
+	reason TEXT NOT NULL, 
+	CONSTRAINT pk_exclusion PRIMARY KEY (run_id, seq), 
+	CONSTRAINT ck_exclusion_decided_by CHECK (decided_by IN ('snooping', 'hand', 'robust')), 
+	CONSTRAINT ck_exclusion_action CHECK (action IN ('excluded', 'proposed', 'taken back', 'not separable', 'not removable')), 
+	CONSTRAINT fk_exclusion_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_exclusion_statistic_finite CHECK (statistic BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_exclusion_critical_finite CHECK (critical BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
+CREATE TABLE external_reliability (
+	run_id INTEGER NOT NULL, 
+	kind TEXT NOT NULL, 
+	part TEXT NOT NULL, 
+	point TEXT NOT NULL, 
+	axis TEXT NOT NULL, 
+	unknown TEXT NOT NULL, 
+	unit TEXT NOT NULL, 
+	effect REAL NOT NULL, 
+	CONSTRAINT pk_external_reliability PRIMARY KEY (run_id, kind, part, point, axis, unknown), 
+	CONSTRAINT ck_external_reliability_kind CHECK (kind IN ('image', 'ground', 'coefficient')), 
+	CONSTRAINT fk_external_reliability_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_external_reliability_effect_finite CHECK (effect BETWEEN -1e15 AND 1e15)
 )
  STRICT;
 
@@ -451,6 +520,53 @@ CREATE TABLE model_point (
 INSERT INTO model_point ("run_id", "zone", "point", "x", "y", "z") SELECT "run_id", "zone", "point", "x", "y", "z" FROM before_model_point;
 
 DROP TABLE before_model_point;
+
+CREATE TABLE observation_test (
+	run_id INTEGER NOT NULL, 
+	kind TEXT NOT NULL, 
+	part TEXT NOT NULL, 
+	point TEXT NOT NULL, 
+	axis TEXT NOT NULL, 
+	unit TEXT NOT NULL, 
+	v REAL NOT NULL, 
+	redundancy_number REAL NOT NULL, 
+	share REAL NOT NULL, 
+	w REAL, 
+	smallest_error REAL, 
+	bias_to_noise REAL, 
+	ground_shift_m REAL, 
+	ground_shift_point TEXT, 
+	rho REAL, 
+	rho_with TEXT, 
+	verdict TEXT NOT NULL, 
+	CONSTRAINT pk_observation_test PRIMARY KEY (run_id, kind, part, point, axis), 
+	CONSTRAINT ck_observation_test_kind CHECK (kind IN ('image', 'ground', 'coefficient', 'cross')), 
+	CONSTRAINT ck_observation_test_verdict CHECK (verdict IN ('good', 'suspect', 'hardly checked', 'not checked')), 
+	CONSTRAINT fk_observation_test_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_observation_test_v_finite CHECK (v BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_observation_test_redundancy_number_finite CHECK (redundancy_number BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_observation_test_share_finite CHECK (share BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_observation_test_w_finite CHECK (w BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_observation_test_smallest_error_finite CHECK (smallest_error BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_observation_test_bias_to_noise_finite CHECK (bias_to_noise BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_observation_test_ground_shift_m_finite CHECK (ground_shift_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_observation_test_rho_finite CHECK (rho BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
+CREATE TABLE point_test (
+	run_id INTEGER NOT NULL, 
+	part TEXT NOT NULL, 
+	point TEXT NOT NULL, 
+	statistic REAL, 
+	freedom INTEGER NOT NULL, 
+	probability REAL, 
+	CONSTRAINT pk_point_test PRIMARY KEY (run_id, part, point), 
+	CONSTRAINT fk_point_test_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_point_test_statistic_finite CHECK (statistic BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_point_test_probability_finite CHECK (probability BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
 
 CREATE TABLE simulated_spread (
 	run_id INTEGER NOT NULL, 

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from orient.store.stage_tables import LEDGER_TABLES, STAGE_TABLES
+from orient.store.stage_tables import LEDGER_TABLES, STAGE_TABLES, TEST_TABLES
 from orient.store.views import view_texts
 
 MADE = "<!-- Made from the code by `make docs`; do not edit. -->\n\n"
@@ -57,9 +57,12 @@ def _tables() -> Iterator[str]:
     from orient.models import Base
 
     classes = {str(mapper.class_.__tablename__): mapper.class_ for mapper in Base.registry.mappers}
-    groups = {"ledger": LEDGER_TABLES, **STAGE_TABLES}
+    own = {
+        f"Stage {stage}": [name for name in tables if name not in TEST_TABLES] for stage, tables in STAGE_TABLES.items()
+    }
+    groups = {"The ledger": LEDGER_TABLES, **own, "Tests of the adjustments (digitize, resection)": TEST_TABLES}
     for group, tables in groups.items():
-        yield f"\n### {'The ledger' if group == 'ledger' else f'Stage {group}'}\n"
+        yield f"\n### {group}\n"
         for name in tables:
             about = inspect.cleandoc(classes[name].__doc__ or "")
             yield f"#### {name}\n\n{about}\n\n| column | type | meaning |\n|---|---|---|"

@@ -7,7 +7,8 @@ from typing import Annotated
 import typer
 from typer.models import OptionInfo
 
-from orient.cli.options import Again, ProjectPath, Reason
+from orient.cli.options import Again, ProjectPath, Reason, valid_text
+from orient.errors import UsageError
 from orient.units import NUMBER
 from orient.values import Settings
 
@@ -20,6 +21,31 @@ def register(app: typer.Typer) -> None:
 LARGEST_TOLERANCE = 1e-4
 SMALLEST_SIGMA, LARGEST_SIGMA = 1e-12, 1e8
 LARGEST_SIGMA_M = 1e8
+
+Exclude = Annotated[
+    str | None,
+    typer.Option("--exclude", metavar="P7,P9|none", help="Leave these out, none: take all again. Needs --reason."),
+]
+Why = Annotated[str | None, typer.Option("--reason", help="Why they are left out; it is kept with each of them.")]
+Robust = Annotated[
+    bool | None,
+    typer.Option(
+        "--robust/--plain", help="First find the points that agree; the result is a plain adjustment of them."
+    ),
+]
+
+
+def _exclusion(exclude: str | None, reason: str | None) -> Settings:
+    """`none` takes all points again; a point is left out with a reason only."""
+    if exclude is None:
+        if reason is not None:
+            raise UsageError("--reason belongs to --exclude", "Say which points: --exclude P7,P9 --reason TEXT")
+        return {}
+    if exclude.strip() in ("", "none"):
+        return {"exclude": "", "exclude_reason": ""}
+    if not (reason or "").strip():
+        raise UsageError("say why the points are left out", '--exclude P7 --reason "wrong house"')
+    return {"exclude": valid_text(exclude), "exclude_reason": valid_text(str(reason))}
 
 
 def _small(value: float | None) -> float | None:
@@ -66,7 +92,8 @@ def _choice(name: str, words: tuple[str, ...], help_text: str) -> OptionInfo:
 
 
 Reject = Annotated[
-    bool | None, typer.Option("--reject/--keep", help="Leave flagged readings or crosses out; each is recorded.")
+    bool | None,
+    typer.Option("--reject/--keep", help="Leave flagged readings, crosses or points out; each is recorded."),
 ]
 AllowBallpark = Annotated[
     bool | None,
@@ -90,6 +117,12 @@ Control = Annotated[
 Correlation = Annotated[
     str | None,
     _choice("--correlation", ("sheet", "point"), "Errors of a map sheet: common to its points, or each point apart."),
+]
+Test = Annotated[
+    str | None,
+    _choice(
+        "--test", ("auto", "w", "tau"), "Baarda's w (sigma0 known), Pope's tau (estimated); auto follows --variance."
+    ),
 ]
 Variance = Annotated[
     str | None, _choice("--variance", ("posteriori", "priori"), "Which sigma0 scales the covariances.")
@@ -135,10 +168,14 @@ def digitize(
     choice: Choice = None,
     engine: Engine = None,
     reject: Reject = None,
+    robust: Robust = None,
+    exclude: Exclude = None,
+    reason: Why = None,
 ) -> None:
     """Map points by the polynomial of their sheet, with covariance; bad crosses are named."""
     asked = {} if degree is None else {"degree": _degree(degree)}
-    _stage(project, "digitize", {**_given(choice=choice, engine=engine, reject=reject), **asked}, message, again)
+    given = _given(choice=choice, engine=engine, reject=reject, robust=robust)
+    _stage(project, "digitize", {**given, **asked, **_exclusion(exclude, reason)}, message, again)
 
 
 def bl(
@@ -163,6 +200,11 @@ def resection(
     correlation: Correlation = None,
     variance: Variance = None,
     engine: Engine = None,
+    test: Test = None,
+    reject: Reject = None,
+    robust: Robust = None,
+    exclude: Exclude = None,
+    reason: Why = None,
     max_iterations: MaxIterations = None,
     tolerance: Tolerance = None,
 ) -> None:
@@ -172,10 +214,13 @@ def resection(
         correlation=correlation,
         variance=variance,
         engine=engine,
+        test=test,
+        reject=reject,
+        robust=robust,
         max_iterations=max_iterations,
         tolerance=tolerance,
     )
-    _stage(project, "resection", given, message, again)
+    _stage(project, "resection", {**given, **_exclusion(exclude, reason)}, message, again)
 
 
 def covariance(

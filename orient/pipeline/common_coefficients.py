@@ -53,6 +53,10 @@ class CommonCoefficients:
     covariance: Array
     own: Array
 
+    def at(self, keep: Sequence[int]) -> "CommonCoefficients":
+        """The same for some of the points; the coefficients stay."""
+        return CommonCoefficients(self.coefficients, self.partials[keep], self.covariance, self.own[keep])
+
     def in_solver(self, frame: Frame, sigma0: float) -> CommonUnknowns:
         """The same for the solver: right-handed, cofactors instead of covariances."""
         partials: Array = frame.partner @ self.partials

@@ -7,6 +7,8 @@ import numpy as np
 
 from orient.geodesy.ellipsoid import meridian_radius, prime_vertical_radius
 from orient.geometry.polynomial import exponents
+from orient.pipeline.digitize_tests import cross_tests, left_out, suspect_rows
+from orient.pipeline.exclusions import numbered
 from orient.pipeline.ground import Ground, ground_of
 from orient.pipeline.tables import Array, columns, group, names, number, or_none, packed_rows, single
 from orient.solvers.cycle_means import CycleMeans, cycle_means
@@ -26,7 +28,11 @@ class Sheet:
     readings: Sequence[Row]
     ground: Ground
     rule: Rule
-    reject: bool
+    settings: Settings
+
+    @property
+    def reject(self) -> bool:
+        return bool(self.settings["reject"])
 
     @property
     def name(self) -> str:
@@ -50,13 +56,14 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
         degree = settings["degree"] if settings["degree"] is not None else row["degree"]
         asked = None if degree is None else int(degree)
         rule = Rule(asked, str(settings["choice"]), Engine(str(settings["engine"])))
-        sheet = Sheet(row, crosses[name], readings.get(name, []), ground, rule, bool(settings["reject"]))
+        sheet = Sheet(row, crosses[name], readings.get(name, []), ground, rule, settings)
         fit, fit_tables, remarks = _fitted(sheet)
         points, cycle_remarks = _points(sheet, fit)
         for table, rows in {**fit_tables, "digitized_point": points}.items():
             tables.setdefault(table, []).extend(rows)
         events += [*remarks, *cycle_remarks]
         parts.append(f"{name}: degree {fit.degree}, {_accuracy(fit)}")
+    tables["exclusion"] = numbered(tables["exclusion"])
     return Outcome(tables, events, "; ".join(parts))
 
 
@@ -66,7 +73,10 @@ def _fitted(sheet: Sheet) -> tuple[SheetFit, dict[str, list[Row]], list[Event]]:
     target = columns(sheet.crosses, *(("B_deg", "L_deg") if sheet.is_geographic else ("N_m", "E_m")))
     factors = metres_per_unit(target, sheet.is_geographic, sheet.ground)
     carries = np.array([row["role"] == "fit" for row in sheet.crosses])
-    crosses = Crosses(XY, target, factors, sheet.name, tuple(names(sheet.crosses, "cross")))
+    labels = names(sheet.crosses, "cross")
+    crosses = Crosses(XY, target, factors, sheet.name, tuple(labels))
+    left = left_out(sheet, crosses, carries)
+    carries = carries & ~left.crosses
     bad, cleaned = suspects(crosses, sheet.rule, carries)
     rejected = {suspect.index for suspect in bad} if sheet.reject else set()
     fit = cleaned if rejected else fit_sheet(crosses, sheet.rule, carries)
@@ -74,9 +84,11 @@ def _fitted(sheet: Sheet) -> tuple[SheetFit, dict[str, list[Row]], list[Event]]:
         "sheet_transform": [_transform_row(sheet, fit)],
         "sheet_coefficient": _coefficient_rows(sheet, fit),
         "sheet_cofactor": _cofactor_rows(sheet, fit),
-        "cross_residual": _residual_rows(sheet, fit, bad, rejected),
+        "cross_residual": _residual_rows(sheet, fit, bad, rejected | set(np.flatnonzero(left.crosses).tolist())),
+        **cross_tests(sheet, fit, factors),
+        "exclusion": left.rows + suspect_rows(sheet.name, labels, bad, bool(rejected)),
     }
-    remarks = _two_choices(sheet, fit, crosses)
+    remarks = _two_choices(sheet, fit, crosses) + left.events
     return fit, tables, remarks + _bad_crosses(crosses, bad, cleaned, bool(rejected))
 
 

@@ -67,7 +67,15 @@ STAGES = (
         1,
         "map points: polynomial of each sheet",
         required=("photo", "sheet"),
-        settings={"engine": "zlatanov", "degree": None, "choice": "f-test", "reject": False},
+        settings={
+            "engine": "zlatanov",
+            "degree": None,
+            "choice": "f-test",
+            "reject": False,
+            "robust": False,
+            "exclude": "",
+            "exclude_reason": "",
+        },
         formerly={"engine": "qr"},
     ),
     Stage(
@@ -100,6 +108,11 @@ STAGES = (
             "variance": "posteriori",
             "max_iterations": 50,
             "tolerance": 1e-10,
+            "test": "auto",
+            "reject": False,
+            "robust": False,
+            "exclude": "",
+            "exclude_reason": "",
         },
     ),
     Stage(

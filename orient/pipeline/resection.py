@@ -10,7 +10,9 @@ from orient.pipeline.common_coefficients import CommonCoefficients, common_coeff
 from orient.pipeline.findings import in_stored_names, odd_points, resection_findings
 from orient.pipeline.frames import Frame, frame_of
 from orient.pipeline.ground import Ground, ground_of
+from orient.pipeline.resection_blunders import Chosen, Solved, Task, choose_control
 from orient.pipeline.resection_rows import result_tables
+from orient.pipeline.resection_test_rows import test_tables
 from orient.pipeline.resection_trace import adjusted_coefficient_rows, trace_tables
 from orient.pipeline.tables import Array, columns, required, single
 from orient.pipeline.weights import ground_weights
@@ -73,7 +75,14 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     _require_enough(control)
     sigma0 = required(photo, "sigma_image_mm")
     shared = _shared(control, inputs.get("digitize", {}), frame, ground, settings)
-    found = _solve(photo, ground, frame, control, shared, sigma0, settings)
+
+    def adjust(keep: Sequence[int]) -> Solved:
+        some = None if shared is None else shared.at(keep)
+        return _solve(photo, ground, frame, control.at(keep), some, sigma0, settings)
+
+    task = Task(frame, control, shared, sigma0, required(photo, "f_mm"), settings, adjust)
+    chosen = choose_control(task)
+    everyone, control, shared, found = control, chosen.solved.control, chosen.solved.shared, chosen.solved.found
     traces = trace_tables(found, frame, control.points, () if shared is None else shared.coefficients)
     if found.termination != "CONVERGED":
         full = np.flatnonzero(control.known == "XYZ")
@@ -83,9 +92,10 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
         return Outcome(traces, events, error=error, hint=_hint(found.termination))
     events += resection_findings(found, frame, control.points, sigma0)
     use_posteriori = settings["variance"] == "posteriori" and found.redundancy > 0
-    results = result_tables(found, frame, control, check, sigma0, use_posteriori)
+    tested, remarks = test_tables(task, chosen)
+    results = result_tables(found, frame, control, [check, everyone.at(chosen.outside)], sigma0, use_posteriori)
     adjusted = {"adjusted_coefficient": adjusted_coefficient_rows(found, shared, sigma0)}
-    return Outcome({**results, **adjusted, **traces}, events, _summary(found, sigma0))
+    return Outcome({**results, **adjusted, **tested, **traces}, [*events, *remarks], _summary(found, sigma0, chosen))
 
 
 def _shared(
@@ -147,7 +157,7 @@ def _solve(
     shared: CommonCoefficients | None,
     sigma0: float,
     settings: Settings,
-) -> Resection:
+) -> Solved:
     """Resection; height-only points are set on the curved surface of their height again until they lie on it."""
     own = None if shared is None else shared.own
     weights = ground_weights(control.rows, str(settings["control"]), sigma0, own)
@@ -171,12 +181,13 @@ def _solve(
             engine=Engine(str(settings["engine"])),
             camera_above=None if photo["platform"] == "terrestrial" else np.array([0.0, 0.0, 1.0]),
         )
+        solved = Solved(found, control, shared, place, up, free, weight)
         if not height_only.any() or found.termination != "CONVERGED" or frame.origin is None:
-            return found
+            return solved
         place, up, lift = _on_their_height(found, frame, ground, control, place, up)
         if lift < HEIGHT_TOLERANCE_M:
-            return found
-    return found
+            return solved
+    return solved
 
 
 def _on_their_height(
@@ -220,7 +231,13 @@ def _hint(termination: str) -> str:
     }.get(termination, "Look at the iterations: orient show PROJECT resection")
 
 
-def _summary(found: Resection, sigma0: float) -> str:
+def _summary(found: Resection, sigma0: float, chosen: Chosen) -> str:
+    count = len(chosen.outside)
+    left_out = f", {count} {'point' if count == 1 else 'points'} excluded" if count else ""
+    return _fit_in_words(found, sigma0) + left_out
+
+
+def _fit_in_words(found: Resection, sigma0: float) -> str:
     if found.redundancy == 0:
         return f"{len(found.iterations)} iterations, no redundancy"
     posteriori = (found.vPv / found.redundancy) ** 0.5

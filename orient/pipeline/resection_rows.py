@@ -36,17 +36,23 @@ def result_tables(
     found: Resection,
     frame: Frame,
     control: "Observations",
-    check: "Observations",
+    others: Sequence["Observations"],
     sigma0: float,
     use_posteriori: bool,
 ) -> Mapping[str, Sequence[Row]]:
-    """Orientation, angles, cofactors, residuals and adjusted ground points."""
+    """Orientation, angles, cofactors, residuals and adjusted ground points.
+
+    `others`: check points and excluded control points, which take no part.
+    """
     scale = found.vPv / found.redundancy if use_posteriori else sigma0**2
     return {
         "orientation": [_orientation_row(found, frame, sigma0, scale, use_posteriori)],
         "orientation_angle": _angle_rows(found, frame, scale),
         "cofactor": _cofactor_rows(found, frame),
-        "image_residual": [*_control_residuals(found, control), *_check_residuals(found, frame, check)],
+        "image_residual": [
+            *_control_residuals(found, control),
+            *(row for points in others for row in _other_residuals(found, frame, points)),
+        ],
         "adjusted_point": _adjusted_rows(found, frame, control),
     }
 
@@ -147,8 +153,8 @@ def _control_residuals(found: Resection, control: "Observations") -> Rows:
     ]
 
 
-def _check_residuals(found: Resection, frame: Frame, check: "Observations") -> Rows:
-    """Computed minus measured at the check points; partly given ones cannot be compared."""
+def _other_residuals(found: Resection, frame: Frame, check: "Observations") -> Rows:
+    """Computed minus measured at check or excluded points; partly given ones cannot be compared."""
     full = [index for index, known in enumerate(check.known) if known == "XYZ"]
     if not full:
         return []
@@ -156,7 +162,7 @@ def _check_residuals(found: Resection, frame: Frame, check: "Observations") -> R
     return [
         {
             "point": check.points[index],
-            "role": "check",
+            "role": "check" if check.roles[index] == "check" else "excluded",
             **named(("x_mm", "y_mm"), check.image[index]),
             **named(("vx_mm", "vy_mm"), computed[row] - check.image[index]),
             "redundancy_x": None,

@@ -49,6 +49,9 @@ def orientation_tables(tables: Tables, most: int) -> list[Shown]:
     control = [row for row in residuals if row["role"] == "control"]
     check = [row for row in residuals if row["role"] == "check"]
     shown.append(_residuals(f"Residuals of {len(control)} control points, {_rms(control)}", control, most))
+    excluded = [row for row in residuals if row["role"] == "excluded"]
+    if excluded:
+        shown.append(_residuals(f"Excluded points, {_rms(excluded)}", excluded, most))
     if check:
         shown.append(_residuals(f"Check points, {_rms(check)}", check, most))
     shown.append(iteration_table(tables["iteration"]))

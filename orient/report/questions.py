@@ -45,6 +45,22 @@ QUESTIONS = (
         "SELECT point, role, vx_mm, vy_mm, redundancy_x, redundancy_y FROM v_residual WHERE is_current "
         "ORDER BY vx_mm * vx_mm + vy_mm * vy_mm DESC",
     ),
+    Question(
+        "suspects",
+        "Which observations contradict the others, or are not checked by them?",
+        "SELECT stage, kind, part, point, axis, verdict, w, critical, share, rho, rho_with FROM v_reliability "
+        "WHERE is_current AND verdict <> 'good' ORDER BY verdict = 'suspect' DESC, abs(w) - critical DESC",
+    ),
+    Question(
+        "reliability",
+        "Which error in a reading would not be found, and what would it do on the ground?",
+        "SELECT stage, kind, part, point, axis, share, smallest_error, unit, bias_to_noise, ground_shift_m, "
+        "ground_shift_point FROM v_reliability WHERE is_current ORDER BY ground_shift_m DESC",
+    ),
+    Question("excluded", "Which points were left out, by whom and why?", "SELECT * FROM v_exclusion WHERE is_current"),
+    Question(
+        "global-test", "Do the adjustments fit the sigmas given?", "SELECT * FROM v_adjustment_test WHERE is_current"
+    ),
     Question("ground-accuracy", "How sure is a ground point read on the photo?", _current("v_ground_accuracy")),
     Question("ground-map", "How sure is a new ground point over the frame?", _current("v_ground_map")),
     Question("pairs", "How do the errors of two ground points hang together?", _current("v_ground_pair")),

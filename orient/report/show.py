@@ -11,6 +11,7 @@ from orient.report.absolute import absolute_lines, absolute_tables, absolute_zon
 from orient.report.covariance import covariance_lines, covariance_tables
 from orient.report.findings import findings, print_findings
 from orient.report.orientation import Shown, iteration_table, orientation_lines, orientation_tables
+from orient.report.reliability import reliability_tables, test_lines
 from orient.report.sections import SECTIONS, Section
 from orient.report.text import cell, console, print_table, printable
 from orient.report.verify import known_verdicts, verified_line
@@ -18,6 +19,7 @@ from orient.store.project import Project, RunInfo, open_project
 from orient.values import Row, Tables
 
 SHOWN_ROWS = 25
+TEXT_HEADERS = ("reading", "point", "action", "by", "reason", "")
 
 
 def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bool:
@@ -39,6 +41,11 @@ def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bo
     if verdict is not None:
         console().print(f"  {printable(verified_line(verdict))}", soft_wrap=True)
     print_findings(findings(run.stage, events))
+    _print_numbers(stage, tables)
+    return run.status == "succeeded"
+
+
+def _print_numbers(stage: str, tables: Tables) -> None:
     if stage == "resection":
         _print_resection(tables)
     if stage == "absolute":
@@ -47,11 +54,11 @@ def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bo
         console().print(text, soft_wrap=True)
     for section in SECTIONS.get(stage, ()):
         _print_section(section, tables.get(section.source, ()))
+    _print_tests(tables, with_lines=stage != "resection")
     if stage == "covariance":
         _print_tables(covariance_tables(tables, SHOWN_ROWS))
     if stage == "photo":
         _print_record(tables["photo"][0])
-    return run.status == "succeeded"
 
 
 def _is_about(verdict: Row, run: RunInfo) -> bool:
@@ -86,7 +93,7 @@ def _print_resection(tables: Tables) -> None:
     if "orientation" not in tables:
         _print_iterations(tables)
         return
-    for text in orientation_lines(tables):
+    for text in (*orientation_lines(tables), *test_lines(tables)):
         out.print(text, soft_wrap=True)
     _print_tables(orientation_tables(tables, SHOWN_ROWS))
 
@@ -106,6 +113,18 @@ def _print_absolute(tables: Tables) -> None:
         for title, headers, rows in absolute_tables(zone, tables, SHOWN_ROWS):
             out.print(f"\n{title}")
             print_table(headers, rows, [i > 0 for i in range(len(headers))])
+
+
+def _print_tests(tables: Tables, with_lines: bool) -> None:
+    """Exclusions and reliability of any stage that has them."""
+    out = console()
+    if with_lines and tables.get("adjustment_test"):
+        out.print()
+    for text in test_lines(tables) if with_lines else ():
+        out.print(text, soft_wrap=True)
+    for title, headers, rows in reliability_tables(tables, SHOWN_ROWS):
+        out.print(f"\n{title}")
+        print_table(headers, rows, [header not in TEXT_HEADERS for header in headers])
 
 
 def _print_iterations(tables: Tables) -> None:

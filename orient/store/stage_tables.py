@@ -1,5 +1,8 @@
 """Which tables a stage writes, and what it reads."""
 
+TEST_TABLES = ("adjustment_test", "observation_test", "point_test", "exclusion")
+"""Tables that every stage with an adjustment by points writes."""
+
 STAGE_TABLES: dict[str, tuple[str, ...]] = {
     "photo": ("photo", "distortion_coefficient", "distortion_radial", "fiducial_mark"),
     "readings": ("comparator_reading",),
@@ -7,7 +10,14 @@ STAGE_TABLES: dict[str, tuple[str, ...]] = {
     "control": ("control_point", "control_system"),
     "model": ("model_point",),
     "refine": ("cycle_residual", "interior_orientation", "interior_parameter", "fiducial_residual", "image_point"),
-    "digitize": ("sheet_transform", "sheet_coefficient", "sheet_cofactor", "cross_residual", "digitized_point"),
+    "digitize": (
+        "sheet_transform",
+        "sheet_coefficient",
+        "sheet_cofactor",
+        "cross_residual",
+        "digitized_point",
+        *TEST_TABLES,
+    ),
     "bl": ("crs_operation", "geographic_point"),
     "topocentric": ("topocentric_frame", "topocentric_point"),
     "resection": (
@@ -20,6 +30,8 @@ STAGE_TABLES: dict[str, tuple[str, ...]] = {
         "image_residual",
         "adjusted_point",
         "adjusted_coefficient",
+        *TEST_TABLES,
+        "external_reliability",
     ),
     "covariance": (
         "ground_covariance",

@@ -43,12 +43,12 @@ def broken_sequences(connection: Connection) -> Problems:
 
 def strange_rows(connection: Connection) -> Problems:
     """Rows in a table that the stage of their run does not write."""
-    for stage, tables in STAGE_TABLES.items():
-        for table in tables:
-            own = "SELECT run_id FROM main.stage_run WHERE stage = ?"
-            query = f"SELECT DISTINCT run_id FROM main.{table} WHERE run_id NOT IN ({own})"
-            for run_id in connection.exec_driver_sql(query, (stage,)).scalars().all():
-                yield f'run {run_id} has rows in table "{table}", which its stage does not write'
+    for table in {table: None for tables in STAGE_TABLES.values() for table in tables}:
+        stages = tuple(stage for stage, tables in STAGE_TABLES.items() if table in tables)
+        own = f"SELECT run_id FROM main.stage_run WHERE stage IN ({', '.join('?' * len(stages))})"
+        query = f"SELECT DISTINCT run_id FROM main.{table} WHERE run_id NOT IN ({own})"
+        for run_id in connection.exec_driver_sql(query, stages).scalars().all():
+            yield f'run {run_id} has rows in table "{table}", which its stage does not write'
 
 
 def broken_selections(connection: Connection) -> Problems:

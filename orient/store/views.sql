@@ -330,7 +330,7 @@ ORDER BY e.run_id, e.place;
 --   version: version of resection
 --   is_current: 1 for the current version
 --   point: point
---   role: control | check
+--   role: control | check | excluded
 --   x_mm: measured x
 --   y_mm: measured y
 --   vx_mm: computed minus measured x
@@ -397,6 +397,80 @@ JOIN v_version AS v ON v.run_id = b.run_id
 LEFT JOIN run_input AS i ON i.run_id = b.run_id AND i.role = 'refine'
 LEFT JOIN image_point AS p ON p.run_id = i.input_run_id AND p.point = b.point
 ORDER BY b.run_id, b.point, b.axis;
+
+-- v_adjustment_test: does each adjustment fit the sigmas given (chi^2 at 5 %), and which test its observations met
+--   stage: stage
+--   version: version
+--   is_current: 1 for the current version
+--   part: empty, or the sheet
+--   component: empty, or N or E where they are adjusted apart
+--   redundancy: r
+--   statistic: v'Pv / sigma0^2 with the sigma0 a priori
+--   lower: accepted from here
+--   upper: accepted to here
+--   verdict: accepted | too large | too small | no redundancy
+--   test: w: Baarda, sigma0 known | tau: Pope, sigma0 estimated
+--   critical: limit of |w| or |tau|
+--   delta0: noncentrality that is found with power 0.80
+CREATE VIEW v_adjustment_test AS
+SELECT v.stage, v.version, v.is_current, t.part, t.component, t.redundancy, t.statistic, t.lower, t.upper, t.verdict,
+       t.test, t.critical, t.delta0
+FROM adjustment_test AS t JOIN v_version AS v ON v.run_id = t.run_id
+ORDER BY t.run_id, t.part, t.component;
+
+-- v_reliability: what each observation shows of its own error, and what an error that is not found would do
+--   stage: stage
+--   version: version
+--   is_current: 1 for the current version
+--   kind: image | ground | coefficient | cross
+--   part: sheet of a coefficient or cross
+--   point: point or cross
+--   axis: coordinate, or name of the coefficient
+--   verdict: good | suspect | hardly checked | not checked
+--   share: share of an error that the other observations see, 0 ... 1
+--   redundancy_number: r_i; they sum to the redundancy
+--   v: residual, adjusted minus observed
+--   w: w or tau; NULL when nothing checks the observation
+--   critical: limit of |w| or |tau|
+--   smallest_error: error that the test finds with power 0.80
+--   unit: unit of v and smallest_error
+--   bias_to_noise: effect of smallest_error on the unknowns in units of their precision
+--   ground_shift_m: largest shift of a ground point by smallest_error
+--   ground_shift_point: the point that shifts most
+--   rho: correlation with the most correlated test of another point; above 0.9 the two are not separable
+--   rho_with: that other point
+CREATE VIEW v_reliability AS
+SELECT v.stage, v.version, v.is_current, o.kind, o.part, o.point, o.axis, o.verdict, o.share, o.redundancy_number, o.v,
+       o.w, t.critical, o.smallest_error, o.unit, o.bias_to_noise, o.ground_shift_m, o.ground_shift_point,
+       o.rho, o.rho_with
+FROM observation_test AS o
+JOIN v_version AS v ON v.run_id = o.run_id
+LEFT JOIN adjustment_test AS t ON t.run_id = o.run_id AND (o.kind <> 'cross' OR t.part = o.part)
+    AND (t.component = '' OR t.component = o.axis)
+ORDER BY o.run_id, o.kind DESC, o.part, o.point, o.axis;
+
+-- v_exclusion: which points were left out of an adjustment or are proposed for it, by whom and why
+--   stage: stage
+--   version: version
+--   is_current: 1 for the current version
+--   seq: order of the decisions
+--   part: sheet of a cross
+--   point: point or cross
+--   observation: the observation with the largest |w| or |tau|
+--   decided_by: snooping | hand | robust
+--   action: excluded | proposed | taken back | not separable | not removable
+--   round: round of the snooping
+--   test: w | tau | chance
+--   statistic: largest |w| or |tau| of the point in that round
+--   critical: limit of the test
+--   other: the point that it cannot be separated from
+--   reason: why, in words
+--   actor: who ran it
+CREATE VIEW v_exclusion AS
+SELECT v.stage, v.version, v.is_current, e.seq, e.part, e.point, e.observation, e.decided_by, e.action, e.round, e.test,
+       e.statistic, e.critical, e.other, e.reason, v.actor
+FROM exclusion AS e JOIN v_version AS v ON v.run_id = e.run_id
+ORDER BY e.run_id, e.seq;
 
 -- v_verification: what the last verification found about each run
 --   stage: stage of the run

@@ -1,0 +1,223 @@
+"""Which control points carry the resection: those left out by hand, by robust estimation, by data snooping."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orient.errors import OrientError
+from orient.pipeline.common_coefficients import CommonCoefficients
+from orient.pipeline.exclusions import by_hand
+from orient.pipeline.frames import Frame
+from orient.pipeline.tables import Array
+from orient.pipeline.weights import ground_weights
+from orient.solvers.common_unknowns import WhitenedCommon, whitened
+from orient.solvers.consensus import Trimmed, all_agreeing, least_trimmed
+from orient.solvers.critical_values import Limits, tau_limits, w_limits
+from orient.solvers.ground_points import ground_knowledge
+from orient.solvers.reliability import Reliability, most_correlated, observation_tests, prediction_statistic
+from orient.solvers.resection import Resection
+from orient.solvers.resection_reliability import Measured, View, control_blocks, other_blocks, view_misfits
+from orient.solvers.robust_resection import triple_misfits
+from orient.solvers.snooping import MOST_PROPOSALS, MOST_ROUNDS, Decision, Verdicts, fit_probability, snoop
+from orient.values import Settings
+
+if TYPE_CHECKING:
+    from orient.pipeline.resection import Observations
+
+Mask = NDArray[np.bool_]
+
+AGREEING = 4
+"""Points that a robust resection needs: three determine the photo, one checks it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Solved:
+    """One resection with what went into it: points, verticals, projectors and weights of its last round, in T'."""
+
+    found: Resection
+    control: "Observations"
+    shared: CommonCoefficients | None
+    place: Array
+    up: Array
+    free: Array
+    weight: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """The control of a photo, and how it is adjusted: `adjust` (places of the points that take part)."""
+
+    frame: Frame
+    control: "Observations"
+    shared: CommonCoefficients | None
+    sigma0: float
+    f_mm: float
+    settings: Settings
+    adjust: Callable[[Sequence[int]], Solved]
+
+    def limits(self, found: Resection) -> Limits:
+        """w with sigma0 a priori, or tau with sigma0 a posteriori; `auto` follows the setting `variance`."""
+        test = str(self.settings["test"])
+        if test == "auto":
+            test = "tau" if self.settings["variance"] == "posteriori" else "w"
+        if test == "w" or found.redundancy == 0:
+            return w_limits(self.sigma0)
+        return tau_limits(found.vPv, found.redundancy)
+
+
+@dataclass(frozen=True, slots=True)
+class Tested:
+    """A resection with the tests of its observations."""
+
+    solved: Solved
+    limits: Limits
+    reliability: Reliability
+
+
+@dataclass(frozen=True, slots=True)
+class Chosen:
+    """The resection that counts, the places of the points that take part, and how it came to that.
+
+    `decisions`: steps of the snooping, `proposed` or carried out; `by_hand`, `by_robust`: points left out before;
+    `tested` None when there is no result.
+    """
+
+    solved: Solved
+    inside: list[int]
+    outside: list[int]
+    by_hand: list[int]
+    by_robust: list[int]
+    decisions: tuple[Decision, ...]
+    tested: Tested | None
+
+
+def choose_control(task: Task) -> Chosen:
+    """Adjust with all points but those excluded by hand; robust estimation and snooping as the settings ask.
+
+    Without `reject` the decisions of the snooping are proposals: all points stay. RobustFailed when no set agrees.
+    """
+    hand = by_hand(task.settings, task.control.points, "control point")
+    start = np.ones(len(task.control.points), dtype=np.bool_)
+    start[hand] = False
+    robust: list[int] = []
+    if task.settings["robust"]:
+        agreeing = _agreeing(task, start)
+        robust = np.flatnonzero(start & ~agreeing).tolist()
+        start = agreeing
+    rounds = MOST_ROUNDS if task.settings["reject"] else MOST_PROPOSALS
+    snooped = snoop(lambda kept: _verdicts(task, kept, task.limits), start, rounds)
+    if snooped is None:
+        inside = np.flatnonzero(start).tolist()
+        outside = np.flatnonzero(~start).tolist()
+        return Chosen(task.adjust(inside), inside, outside, hand, robust, (), None)
+    kept, tested = (snooped.kept, snooped.last) if task.settings["reject"] else (start, snooped.first)
+    return Chosen(
+        tested.adjusted.solved,
+        np.flatnonzero(kept).tolist(),
+        np.flatnonzero(~kept).tolist(),
+        hand,
+        robust,
+        snooped.decisions,
+        tested.adjusted,
+    )
+
+
+def measured(
+    task: Task, at: Sequence[int], place: Array, free: Array, weight: Array, shared: WhitenedCommon
+) -> Measured:
+    """Points of the control as the solver takes them."""
+    frame, control = task.frame, task.control
+    turned = [frame.right_handed_matrix(matrix) if free.any() else None for matrix in (free, weight)]
+    return Measured(
+        control.image[at],
+        control.image_covariance[at] / task.sigma0**2,
+        ground_knowledge(frame.right_handed(place), *turned),
+        shared.by_ground,
+    )
+
+
+def whitened_common(task: Task, at: Sequence[int]) -> WhitenedCommon:
+    """What these points share, in the solver's frame."""
+    if task.shared is None:
+        return whitened(None, len(at))
+    return whitened(task.shared.at(at).in_solver(task.frame, task.sigma0), len(at))
+
+
+def _verdicts(task: Task, kept: Mask, limits_of: Callable[[Resection], Limits]) -> Verdicts[Tested] | None:
+    inside, outside = np.flatnonzero(kept).tolist(), np.flatnonzero(~kept).tolist()
+    try:
+        solved = task.adjust(inside)
+    except OrientError:
+        if kept.all():
+            raise
+        return None
+    if solved.found.termination != "CONVERGED":
+        return None
+    limits = limits_of(solved.found)
+    shared = whitened_common(task, inside)
+    points = measured(task, inside, solved.place, solved.free, solved.weight, shared)
+    blocks = control_blocks(solved.found, points, shared, task.frame.partner)
+    reliability = observation_tests(blocks, limits, len(solved.found.Q))
+    w = np.nan_to_num(np.abs(reliability.tests[0].w), nan=0.0)
+    statistic = np.full(len(kept), np.nan)
+    freedom, worst = np.zeros(len(kept), dtype=np.int64), np.full(len(kept), -1)
+    statistic[inside], freedom[inside], worst[inside] = w.max(axis=1), blocks[0].freedom, np.argmax(w, axis=1)
+
+    def twin(point: int) -> tuple[int, float] | None:
+        row = inside.index(point)
+        place = (0, row, int(worst[point]))
+        nearest = most_correlated(reliability.tests, [place], only_group=0).get(place)
+        return None if nearest is None else (inside[nearest.partner[1]], nearest.rho)
+
+    return Verdicts(
+        Tested(solved, limits, reliability),
+        solved.found.redundancy,
+        statistic,
+        worst,
+        limits.critical,
+        freedom,
+        _fit(task, solved.found, outside, limits, reliability, len(kept)),
+        twin,
+    )
+
+
+def _fit(task: Task, found: Resection, at: list[int], limits: Limits, reliability: Reliability, n: int) -> Array:
+    """(n,) chance of so large a misfit of the points that take no part; NaN elsewhere."""
+    probability = np.full(n, np.nan)
+    if at:
+        shared = whitened_common(task, at)
+        others = task.control.at(at)
+        own = None if task.shared is None else task.shared.at(at).own
+        free, weight = ground_weights(others.rows, str(task.settings["control"]), task.sigma0, own).at(others.up)
+        points = measured(task, at, others.ground, free, weight, shared)
+        T, freedom = prediction_statistic(other_blocks(found, points, shared), reliability, limits)
+        probability[at] = fit_probability(T, freedom, found.redundancy, limits)
+    return probability
+
+
+def _agreeing(task: Task, start: Mask) -> Mask:
+    """Least trimmed squares from three-point resections; then all others that fit."""
+    at = np.flatnonzero(start)
+    some = task.control.at(at.tolist())
+    free, weight = ground_weights(some.rows, str(task.settings["control"]), task.sigma0).at(some.up)
+    points = measured(task, at.tolist(), some.ground, free, weight, whitened(None, len(at)))
+
+    def misfits(chosen: Mask) -> Array | None:
+        try:
+            found = task.adjust(at[chosen].tolist()).found
+        except OrientError:
+            return None
+        if found.termination != "CONVERGED":
+            return None
+        return view_misfits(View(found.rotation, found.station, found.f_mm), points) / task.sigma0**2
+
+    starts = [T / task.sigma0**2 for T in triple_misfits(points, some.known == "XYZ", task.f_mm)]
+    freedom = 2 + points.ground.weight_rank - points.ground.free_rank
+    trimmed = least_trimmed(starts, freedom, 6, AGREEING, misfits)
+    whole = np.zeros_like(start)
+    whole[at] = trimmed.agreeing
+    limits = w_limits(task.sigma0 * trimmed.scale)
+    return all_agreeing(lambda kept: _verdicts(task, kept, lambda found: limits), Trimmed(whole, trimmed.scale), start)

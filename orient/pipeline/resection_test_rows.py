@@ -1,0 +1,204 @@
+"""The tests of a resection as rows: each observation, each point, the whole; and what a reader must know of them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orient.pipeline.exclusions import hand_row, numbered, robust_row, snooping_events, snooping_row
+from orient.pipeline.resection_blunders import Chosen, Task, Tested
+from orient.pipeline.resection_rows import ROTATIONS, STATION
+from orient.pipeline.tables import Array, or_none
+from orient.pipeline.test_rows import adjustment_row, point_rows, verdict
+from orient.solvers.critical_values import ALPHA0
+from orient.solvers.reliability import BlockTests, block_statistic, most_correlated
+from orient.solvers.resection_reliability import IMAGE, far_apart, largest_ground_shift
+from orient.units import DEGREES_PER_RADIAN
+from orient.values import Event, Row, Scalar, Tables
+
+AXES = (("image", "x", "mm"), ("image", "y", "mm"), ("ground", "X", "m"), ("ground", "Y", "m"), ("ground", "Z", "m"))
+OBSERVATIONS = [f"{kind} {axis}" for kind, axis, _ in AXES]
+MOST_CORRELATED = 400
+MOST_EFFECTS = 1000
+"""Observations, the most suspicious or most harmful first, whose correlations and effects are stored; all of small
+photos, while the cost stays linear for large ones."""
+NAMED = 10
+Observation = tuple[int, int, int]
+
+
+@dataclass(frozen=True, slots=True)
+class _Shifts:
+    """Largest shift on the ground by the smallest findable error of each observation, and the point it happens at."""
+
+    metres: Array
+    point: NDArray[np.intp]
+
+
+def test_tables(task: Task, chosen: Chosen) -> tuple[Tables, list[Event]]:
+    """adjustment_test, observation_test, point_test, external_reliability, exclusion; and the findings."""
+    exclusions = _exclusions(task, chosen)
+    events = snooping_events(exclusions)
+    if chosen.by_robust:
+        events.append(_robust_event(task, chosen))
+    tables: dict[str, Sequence[Row]] = {"exclusion": numbered(exclusions)}
+    tested = chosen.tested
+    if tested is None:
+        return tables, events
+    found = tested.solved.found
+    names = tested.solved.control.points
+    tables["adjustment_test"] = [adjustment_row("", "", found.vPv, found.redundancy, task.sigma0, tested.limits)]
+    tables["observation_test"] = _observation_rows(task, tested)
+    T, freedom = block_statistic(tested.reliability.tests[0], IMAGE, tested.limits)
+    tables["point_test"] = point_rows("", names, T, freedom, found.redundancy, tested.limits)
+    tables["external_reliability"] = _effect_rows(task, tested)
+    return tables, [*events, *_unchecked(tables["observation_test"])]
+
+
+def _exclusions(task: Task, chosen: Chosen) -> list[Row]:
+    points, rejects = task.control.points, bool(task.settings["reject"])
+    test = "tau" if chosen.tested is not None and chosen.tested.limits.name == "tau" else "w"
+    return [
+        *(hand_row("", points[i], task.settings) for i in chosen.by_hand),
+        *(robust_row("", points[i], None, ALPHA0) for i in chosen.by_robust),
+        *(
+            snooping_row("", points, decision, test=test, is_rejected=rejects, observations=OBSERVATIONS)
+            for decision in chosen.decisions
+        ),
+    ]
+
+
+def _robust_event(task: Task, chosen: Chosen) -> Event:
+    names = [task.control.points[i] for i in chosen.by_robust]
+    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+    message = (
+        f"robust estimation left out {len(names)} of {len(task.control.points)} control points: "
+        f"{', '.join(names[:NAMED])}{more}; the result is a plain adjustment of the others"
+    )
+    return Event("warning", "robust", ", ".join(names[:NAMED]), message, float(len(names)))
+
+
+def _observation_rows(task: Task, tested: Tested) -> list[Row]:
+    tests, shifts = tested.reliability.tests, _shifts(task, tested)
+    correlated = _correlations(tested)
+    rows: list[Row] = []
+    for group, test in enumerate(tests):
+        values = _residuals(task, tested, group)
+        for block, k in np.argwhere(np.isfinite(test.share)):
+            near = correlated.get((group, int(block), int(k)), (None, None))
+            where = int(shifts[group].point[block, k])
+            rows.append(
+                {
+                    **_name(task, tested, group, int(block), int(k)),
+                    "v": float(values[block, k]),
+                    "redundancy_number": float(test.redundancy[block, k]),
+                    "share": float(test.share[block, k]),
+                    "w": or_none(test.w[block, k]),
+                    "smallest_error": or_none(test.mdb[block, k]),
+                    "bias_to_noise": or_none(test.bias_to_noise[block, k]),
+                    "ground_shift_m": or_none(shifts[group].metres[block, k]),
+                    "ground_shift_point": None if where < 0 else tested.solved.control.points[where],
+                    "rho": near[0],
+                    "rho_with": near[1],
+                    "verdict": verdict(float(test.w[block, k]), float(test.share[block, k]), tested.limits),
+                }
+            )
+    return rows
+
+
+def _name(task: Task, tested: Tested, group: int, block: int, k: int) -> dict[str, Scalar]:
+    if group == 0:
+        kind, axis, unit = AXES[k]
+        return {"kind": kind, "part": "", "point": tested.solved.control.points[block], "axis": axis, "unit": unit}
+    assert task.shared is not None  # the second group are the coefficients of the sheets
+    coefficient = task.shared.coefficients[k]
+    own = {"part": coefficient.sheet, "point": "", "axis": coefficient.name, "unit": coefficient.unit}
+    return {"kind": "coefficient", **own}
+
+
+def _residuals(task: Task, tested: Tested, group: int) -> Array:
+    """v of the image coordinates, of the point's own ground coordinates in T', of the coefficients."""
+    solved, frame = tested.solved, task.frame
+    found, shared = solved.found, solved.shared
+    if group == 1:
+        return found.common[None]
+    place = frame.right_handed(found.ground) - solved.place
+    if shared is not None:
+        place = place - shared.partials @ found.common
+    return np.hstack([found.residuals, place])
+
+
+def _shifts(task: Task, tested: Tested) -> list[_Shifts]:
+    solved = tested.solved
+    probes = far_apart(solved.found.computed)
+    up = task.frame.right_handed(solved.up[probes])
+    return [_Shifts(*largest_ground_shift(solved.found, up, probes, test.effect)) for test in tested.reliability.tests]
+
+
+def _correlations(tested: Tested) -> dict[Observation, tuple[float | None, str | None]]:
+    """|rho_w| and the other point, for the observations with the largest |w|."""
+    tests = tested.reliability.tests
+    chosen = _largest([np.abs(test.w) for test in tests], MOST_CORRELATED)
+    found = most_correlated(tests, chosen)
+    told: dict[Observation, tuple[float | None, str | None]] = {}
+    for place, near in found.items():
+        group, block, k = near.partner
+        other = tested.solved.control.points[block] if group == 0 else _sheet(tested, k)
+        told[place] = near.rho, other
+    return told
+
+
+def _sheet(tested: Tested, k: int) -> str:
+    assert tested.solved.shared is not None
+    return f"sheet {tested.solved.shared.coefficients[k].sheet}"
+
+
+def _largest(values: Sequence[Array], most: int) -> list[Observation]:
+    """Places of the largest finite values of all groups."""
+    places = [
+        (float(value[block, k]), (group, int(block), int(k)))
+        for group, value in enumerate(values)
+        for block, k in np.argwhere(np.isfinite(value))
+    ]
+    return [place for _, place in sorted(places, key=lambda pair: -pair[0])[:most]]
+
+
+def _effect_rows(task: Task, tested: Tested) -> list[Row]:
+    """The effect on each element, rotations in degrees, the station in T'."""
+    tests = tested.reliability.tests
+    rows: list[Row] = []
+    for group, block, k in sorted(_largest([test.bias_to_noise for test in tests], MOST_EFFECTS)):
+        effect = _stored(task, tests[group], block, k)
+        name = _name(task, tested, group, block, k)
+        del name["unit"]
+        rows += [
+            {**name, "unknown": unknown, "unit": unit, "effect": float(effect[i])}
+            for i, (unknown, unit) in enumerate(_unknowns())
+        ]
+    return rows
+
+
+def _stored(task: Task, test: BlockTests, block: int, k: int) -> Array:
+    effect: Array = test.effect[block, k].copy()
+    effect[:3] *= DEGREES_PER_RADIAN
+    effect[3:6] = task.frame.right_handed(effect[3:6])
+    return effect
+
+
+def _unknowns() -> list[tuple[str, str]]:
+    return [(name, "deg") for name in ROTATIONS] + [(name, "m") for name in STATION]
+
+
+def _unchecked(rows: Sequence[Row]) -> list[Event]:
+    """One remark on the readings that the others hardly check or do not check at all."""
+    events = []
+    for word, code in (("not checked", "not_checked"), ("hardly checked", "hardly_checked")):
+        points = list(
+            dict.fromkeys(str(row["point"]) for row in rows if row["kind"] == "image" and row["verdict"] == word)
+        )
+        if points:
+            more = f" and {len(points) - NAMED} more" if len(points) > NAMED else ""
+            what = "a gross error in them does not show" if code == "not_checked" else "r < 0.1"
+            message = f"{word} by the other points ({what}): {', '.join(points[:NAMED])}{more}"
+            events.append(Event("info", code, ", ".join(points[:NAMED]), message, float(len(points))))
+    return events

@@ -1,0 +1,93 @@
+"""What the tests of an adjustment say, for people: the weakest and most suspicious readings first."""
+
+from collections.abc import Sequence
+
+from orient.report.text import cell
+from orient.values import Row, Scalar, Tables
+
+Shown = tuple[str, list[str], list[list[str]]]
+ORDER = {"suspect": 0, "not checked": 1, "hardly checked": 2, "good": 3}
+MICROMETRES, MILLIMETRES = 1000.0, "mm"
+
+
+def test_lines(tables: Tables) -> list[str]:
+    """The global test and the limits of the single tests, a sentence for each adjustment."""
+    return [_sentence(row) for row in tables.get("adjustment_test", ())]
+
+
+def reliability_tables(tables: Tables, most: int) -> list[Shown]:
+    """Observations by verdict, then by what their smallest findable error does; and the exclusions."""
+    shown = []
+    if exclusions := tables.get("exclusion", ()):
+        shown.append(_exclusions(exclusions))
+    if observations := tables.get("observation_test", ()):
+        shown.append(_observations(observations, most))
+    return shown
+
+
+def _sentence(row: Row) -> str:
+    name = " ".join(str(row[key]) for key in ("part", "component") if row[key])
+    start = f"{name}: " if name else ""
+    if row["redundancy"] == 0:
+        return f"{start}no redundancy: nothing is checked"
+    if row["verdict"] is None:
+        return f"{start}{_limit(row)}"
+    return (
+        f"{start}global test at 5 %: v'Pv/sigma0^2 = {cell(row['statistic'], 2)}, accepted from "
+        f"{cell(row['lower'], 2)} to {cell(row['upper'], 2)}: {row['verdict']}; {_limit(row)}"
+    )
+
+
+def _limit(row: Row) -> str:
+    if row["critical"] is None:
+        return "no single test is possible with r = 1 and estimated sigma0"
+    return f"|{row['test']}| up to {cell(row['critical'], 2)} is good"
+
+
+def _exclusions(rows: Sequence[Row]) -> Shown:
+    cells = [
+        [f"{row['part']} {row['point']}".strip(), str(row["action"]), str(row["decided_by"]), cell(row["reason"])]
+        for row in rows
+    ]
+    return "Points left out, or proposed for it", ["point", "action", "by", "reason"], cells
+
+
+def _observations(rows: Sequence[Row], most: int) -> Shown:
+    """MDB is the smallest error that the test finds with power 0.80."""
+    ranked = sorted(rows, key=_place)
+    title = "Reliability: smallest error (MDB) found with 80 %, and its effect if it is not found"
+    if len(ranked) > most:
+        title += f"; {most} of {len(ranked)} observations, the weakest first"
+    cells = [
+        [
+            f"{row['part']} {row['point']} {row['axis']}".strip(),
+            cell(row["share"], 2),
+            cell(row["w"], 2),
+            _error(row),
+            cell(row["bias_to_noise"], 1),
+            cell(row["ground_shift_m"], 2),
+            cell(row["rho"], 2),
+            "" if row["verdict"] == "good" else str(row["verdict"]),
+        ]
+        for row in ranked[:most]
+    ]
+    return title, ["reading", "r", "w, tau", "MDB", "BNR", "ground m", "rho", ""], cells
+
+
+def _place(row: Row) -> tuple[bool, int, float]:
+    """Points before coefficients of sheets, which a photo hardly checks anyway; bad verdicts, great effects first."""
+    return row["kind"] == "coefficient", ORDER[str(row["verdict"])], -_size(row["bias_to_noise"])
+
+
+def _error(row: Row) -> str:
+    """Image coordinates in micrometres, all others in their own unit."""
+    value = row["smallest_error"]
+    if value is None:
+        return cell(None)
+    if row["unit"] == MILLIMETRES:
+        return f"{MICROMETRES * _size(value):.1f} um"
+    return f"{_size(value):.3g} {row['unit']}"
+
+
+def _size(value: Scalar) -> float:
+    return abs(value) if isinstance(value, int | float) else 0.0
