@@ -12,6 +12,7 @@ from orient.values import Settings
 
 CONTROL = ("auto", "fixed", "weighted")
 CORRELATION = ("sheet", "point")
+INTERIOR = ("weighted", "fixed")
 ENGINE = ("zlatanov", "qr")
 VARIANCE = ("posteriori", "priori")
 CHOICE = ("f-test", "leave-one-out")
@@ -153,6 +154,15 @@ def resection(
             help="Errors of a map sheet: common to its points, or each point apart.",
         ),
     ] = None,
+    interior: Annotated[
+        str | None,
+        typer.Option(
+            "--interior",
+            metavar="|".join(INTERIOR),
+            callback=_one_of(INTERIOR),
+            help="Interior orientation: as sure as its fiducial marks, or known.",
+        ),
+    ] = None,
     variance: Annotated[
         str | None,
         typer.Option(
@@ -178,6 +188,7 @@ def resection(
     given = _given(
         control=control,
         correlation=correlation,
+        interior=interior,
         variance=variance,
         engine=engine,
         max_iterations=max_iterations,

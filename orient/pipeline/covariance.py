@@ -5,7 +5,7 @@ cofactor matrix, the part of the reading, the part of the height. Source: seed 0
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from orient.errors import OrientError
 from orient.geometry.rotation import matrix_from_quaternion
 from orient.pipeline.frames import Frame, frame_of
 from orient.pipeline.ground import ground_of
+from orient.pipeline.ground_budget import RayUnknowns, budget_rows, ray_unknowns_of
 from orient.pipeline.resection import Observations, observations
 from orient.pipeline.tables import Array, columns, covariances, or_none, required, single
 from orient.solvers.ground_covariance import (
@@ -24,19 +25,18 @@ from orient.solvers.ground_covariance import (
     ray_at_height,
     ray_at_height_jacobians,
 )
-from orient.solvers.packed import unpack_upper
 from orient.units import DEGREES_PER_RADIAN
 from orient.values import Event, Outcome, Row, Settings, Tables
 
 PARTS = ("XX", "XY", "YY")
-ELEMENTS = 6
 
 
 @dataclass(frozen=True, slots=True)
 class Oriented:
     """The orientation in the solver's right-handed frame, with the covariance of its elements.
 
-    `scale`: variance of unit weight by which all cofactors are multiplied, in units of the one a priori.
+    `covariance` of `rays`, all that a ray depends on. `variance_scale` [mm^2]: variance of unit weight by which all
+    cofactors are multiplied; `scale`: the same in units of the one a priori.
     """
 
     station: Array
@@ -44,11 +44,16 @@ class Oriented:
     f_mm: float
     covariance: Array
     scale: float
+    variance_scale: float
+    rays: RayUnknowns
 
 
 @dataclass(frozen=True, slots=True)
 class Meeting:
-    """Where the rays meet the heights (right-handed frame), and in which axes that is told."""
+    """Where the rays meet the heights (right-handed frame), and in which axes that is told.
+
+    C of the jacobians has a column for everything that a ray depends on: elements, interior orientation.
+    """
 
     seen: Observations
     points: Array
@@ -66,12 +71,17 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     photo = single(inputs["photo"], "photo")
     frame = frame_of(single(inputs["topocentric"], "topocentric_frame"), ground_of(photo))
     measured, _ = observations(inputs["refine"], inputs["topocentric"])
-    seen, events = _placed(measured, inputs["resection"])
-    oriented = _oriented(inputs["resection"], frame)
+    oriented = _oriented(inputs["refine"], inputs["resection"], frame)
+    image = oriented.rays.image(measured.image, measured.comparator)
+    seen, events = _placed(replace(measured, image=image), inputs["resection"])
     meeting = _meeting(seen, oriented, inputs["resection"], frame)
     events += _level_rays(meeting)
-    rows = _rows(meeting, oriented, frame)
-    tables: dict[str, Sequence[Row]] = {"ground_covariance": rows}
+    parts = _parts(meeting, oriented)
+    rows = _rows(meeting, parts, frame)
+    tables: dict[str, Sequence[Row]] = {
+        "ground_covariance": rows,
+        "error_budget": _budget_rows(meeting, parts, oriented),
+    }
     if settings["pairs"]:
         tables["ground_covariance_pair"] = _pair_rows(meeting, oriented)
     return Outcome(tables, events, _summary(rows))
@@ -90,19 +100,18 @@ def _placed(measured: Observations, resection: Tables) -> tuple[Observations, li
     return measured.at(keep), events
 
 
-def _oriented(resection: Tables, frame: Frame) -> Oriented:
+def _oriented(refine: Tables, resection: Tables, frame: Frame) -> Oriented:
     row = single(resection, "orientation")
-    packed = [required(entry, "value") for entry in resection["cofactor"] if entry["unknowns"] == "rotation"]
-    to_right_handed = np.eye(ELEMENTS)
-    to_right_handed[3:, 3:] = frame.partner
+    rays = ray_unknowns_of(refine, resection, frame)
     scale = required(row, "variance_scale")
-    Q = to_right_handed @ unpack_upper(np.array(packed)) @ to_right_handed
     return Oriented(
         station=frame.right_handed(columns([row], "X_S_m", "Y_S_m", "Z_S_m")[0]),
         rotation=matrix_from_quaternion(columns([row], "q_w", "q_x", "q_y", "q_z")[0]),
         f_mm=required(row, "f_mm"),
-        covariance=scale * Q,
+        covariance=scale * rays.cofactor,
         scale=scale / required(row, "sigma0_apriori_mm") ** 2,
+        variance_scale=scale,
+        rays=rays,
     )
 
 
@@ -112,6 +121,8 @@ def _meeting(seen: Observations, oriented: Oriented, resection: Tables, frame: F
     up = frame.right_handed(seen.up)
     points = ray_at_height(seen.image, oriented.station, oriented.rotation, oriented.f_mm, heights, up)
     jacobians = ray_at_height_jacobians(points, oriented.station, oriented.rotation, oriented.f_mm, up)
+    T = oriented.rays.jacobian(jacobians.C, jacobians.J, seen.comparator)
+    jacobians = replace(jacobians, C=T)
     scale = required(single(resection, "orientation"), "variance_scale")
     return Meeting(seen, points, jacobians, _horizon(frame, up), _height_variance(seen, adjusted, scale))
 
@@ -144,11 +155,23 @@ def _horizon(frame: Frame, up: Array) -> Array:
     return np.stack([first, second], axis=1)
 
 
-def _rows(meeting: Meeting, oriented: Oriented, frame: Frame) -> list[Row]:
-    seen, axes, known = meeting.seen, meeting.axes, meeting.seen.known
-    reading = oriented.scale * seen.image_covariance
+def _parts(meeting: Meeting, oriented: Oriented) -> list[Array]:
+    """(n, 2, 2) of photo, reading and height in the plan axes of each point."""
+    reading = oriented.scale * meeting.seen.image_covariance
     found = ground_covariance(meeting.jacobians, oriented.covariance, reading, meeting.height_variance)
-    in_plan = [axes @ part @ axes.transpose(0, 2, 1) for part in (found.orientation, found.reading, found.height)]
+    axes = meeting.axes
+    return [axes @ part @ axes.transpose(0, 2, 1) for part in (found.orientation, found.reading, found.height)]
+
+
+def _budget_rows(meeting: Meeting, parts: Sequence[Array], oriented: Oriented) -> Sequence[Row]:
+    met = meeting.met
+    T = meeting.axes[met] @ meeting.jacobians.C[met]
+    names = [meeting.seen.points[i] for i in met]
+    return budget_rows(names, T, oriented.rays, oriented.variance_scale, parts[1][met], parts[2][met])
+
+
+def _rows(meeting: Meeting, in_plan: Sequence[Array], frame: Frame) -> list[Row]:
+    seen, axes, known = meeting.seen, meeting.axes, meeting.seen.known
     stored = frame.right_handed(meeting.points)
     apart = np.einsum("nij,nj->ni", axes, meeting.points - frame.right_handed(seen.ground))
     return [

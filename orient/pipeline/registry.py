@@ -49,7 +49,7 @@ class Stage:
 STAGES = (
     Stage(
         "refine",
-        1,
+        2,
         "image coordinates: cycle means, interior orientation, distortion, refraction, curvature",
         required=("photo", "readings"),
         settings={"reject": False},
@@ -80,7 +80,7 @@ STAGES = (
     ),
     Stage(
         "resection",
-        2,
+        3,
         "exterior orientation",
         required=("photo", "refine", "topocentric"),
         optional=("digitize",),
@@ -88,6 +88,7 @@ STAGES = (
             "engine": "zlatanov",
             "control": "auto",
             "correlation": "sheet",
+            "interior": "weighted",
             "variance": "posteriori",
             "max_iterations": 50,
             "tolerance": 1e-10,
@@ -95,7 +96,7 @@ STAGES = (
     ),
     Stage(
         "covariance",
-        1,
+        2,
         "covariance of ground points, K = C Q C'",
         required=("photo", "refine", "topocentric", "resection"),
         settings={"pairs": False},

@@ -1,19 +1,22 @@
 """Stage `resection`: the exterior orientation of the photo by functional iteration, without start values."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from orient.errors import GeometryError
-from orient.pipeline.common_coefficients import CommonCoefficients, common_coefficients
+from orient.pipeline.common_coefficients import CommonCoefficients, common_coefficients, sheet_errors
+from orient.pipeline.error_sources import INTERIOR, Chain, ray_cofactor_rows, source_cofactor_rows
 from orient.pipeline.findings import in_stored_names, odd_points, resection_findings
 from orient.pipeline.frames import Frame, frame_of
 from orient.pipeline.ground import Ground, ground_of
+from orient.pipeline.interior_unknowns import adjusted_interior_rows, image_shift, interior_unknowns
 from orient.pipeline.resection_rows import result_tables
-from orient.pipeline.resection_trace import adjusted_coefficient_rows, trace_tables
+from orient.pipeline.resection_trace import NamedUnknown, adjusted_coefficient_rows, trace_tables
 from orient.pipeline.tables import Array, columns, required, single
 from orient.pipeline.weights import ground_weights
+from orient.solvers.common_unknowns import CommonUnknowns, together
 from orient.solvers.engines import Engine
 from orient.solvers.resection import Resection, resect
 from orient.units import RADIANS_PER_DEGREE
@@ -29,12 +32,16 @@ NAMED = 10
 
 @dataclass(frozen=True, slots=True)
 class Observations:
-    """Points that are both measured on the photo and placed on the ground, in the frame of T'."""
+    """Points that are both measured on the photo and placed on the ground, in the frame of T'.
+
+    `comparator` (n, 2) [mm]: before the interior orientation.
+    """
 
     points: Sequence[str]
     roles: Sequence[str]
     image: Array
     image_covariance: Array
+    comparator: Array
     rows: Sequence[Row]
 
     def only(self, role: str) -> "Observations":
@@ -47,6 +54,7 @@ class Observations:
             [self.roles[index] for index in keep],
             self.image[keep],
             self.image_covariance[keep],
+            self.comparator[keep],
             [self.rows[index] for index in keep],
         )
 
@@ -72,9 +80,9 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     control, check = seen.only("control"), seen.only("check")
     _require_enough(control)
     sigma0 = required(photo, "sigma_image_mm")
-    shared = _shared(control, inputs.get("digitize", {}), frame, ground, settings)
-    found = _solve(photo, ground, frame, control, shared, sigma0, settings)
-    traces = trace_tables(found, frame, control.points, () if shared is None else shared.coefficients)
+    chain = _chain(control, inputs, frame, ground, sigma0, settings)
+    found = _solve(photo, ground, frame, control, chain, settings)
+    traces = trace_tables(found, frame, control.points, _unknowns(chain))
     if found.termination != "CONVERGED":
         full = np.flatnonzero(control.known == "XYZ")
         place = frame.right_handed(control.ground[full])
@@ -83,9 +91,51 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
         return Outcome(traces, events, error=error, hint=_hint(found.termination))
     events += resection_findings(found, frame, control.points, sigma0)
     use_posteriori = settings["variance"] == "posteriori" and found.redundancy > 0
-    results = result_tables(found, frame, control, check, sigma0, use_posteriori)
-    adjusted = {"adjusted_coefficient": adjusted_coefficient_rows(found, shared, sigma0)}
+    k = chain.interior_unknowns
+    cofactors = np.diagonal(found.joint_cofactors)[6:]
+    in_photo = adjusted_interior_rows(chain.interior, found.common[:k], cofactors[:k], sigma0)
+    moved = image_shift(chain.interior, in_photo, check.comparator)
+    results = result_tables(found, frame, control, replace(check, image=check.image + moved), sigma0, use_posteriori)
+    adjusted: dict[str, Sequence[Row]] = {
+        "cofactor": [*results["cofactor"], *ray_cofactor_rows(found, chain, frame)],
+        "adjusted_coefficient": adjusted_coefficient_rows(found.common[k:], cofactors[k:], chain.shared, sigma0),
+        "adjusted_interior": in_photo,
+        "source_cofactor": source_cofactor_rows(found, chain, frame),
+    }
     return Outcome({**results, **adjusted, **traces}, events, _summary(found, sigma0))
+
+
+def _chain(
+    control: Observations, inputs: Mapping[str, Tables], frame: Frame, ground: Ground, sigma0: float, settings: Settings
+) -> Chain:
+    """Everything behind the coordinates of the control points that a setting does not take as known."""
+    digitize = inputs.get("digitize", {})
+    return Chain(
+        interior=None if settings["interior"] == "fixed" else interior_unknowns(inputs["refine"]),
+        shared=_shared(control, digitize, frame, ground, settings),
+        sheets=sheet_errors(control.rows, digitize, frame),
+        sigma0=sigma0,
+    )
+
+
+def _unknowns(chain: Chain) -> list[NamedUnknown]:
+    """Subject, name, unit and a-priori value of the common unknowns, in the order of the solver."""
+    interior = chain.interior
+    listed: list[NamedUnknown] = []
+    if interior is not None:
+        in_order = zip(interior.names, interior.units, interior.values.tolist(), strict=True)
+        listed = [NamedUnknown(INTERIOR, name, unit, value) for name, unit, value in in_order]
+    coefficients = () if chain.shared is None else chain.shared.coefficients
+    return listed + [NamedUnknown(one.sheet, one.name, one.unit, one.value) for one in coefficients]
+
+
+def _common(control: Observations, chain: Chain, frame: Frame) -> CommonUnknowns | None:
+    parts = []
+    if chain.interior is not None:
+        parts.append(chain.interior.in_solver(control.comparator, chain.sigma0))
+    if chain.shared is not None:
+        parts.append(chain.shared.in_solver(frame, chain.sigma0))
+    return together(parts)
 
 
 def _shared(
@@ -113,6 +163,7 @@ def observations(refine: Tables, topocentric: Tables) -> tuple[Observations, lis
         roles=[str(ground[point]["role"]) for point in both],
         image=columns(rows, "x_mm", "y_mm"),
         image_covariance=packed.reshape(-1, 2, 2),
+        comparator=columns(rows, "x_comparator_mm", "y_comparator_mm"),
         rows=[ground[point] for point in both],
     )
     return seen, events
@@ -144,12 +195,13 @@ def _solve(
     ground: Ground,
     frame: Frame,
     control: Observations,
-    shared: CommonCoefficients | None,
-    sigma0: float,
+    chain: Chain,
     settings: Settings,
 ) -> Resection:
     """Resection; height-only points are set on the curved surface of their height again until they lie on it."""
-    own = None if shared is None else shared.own
+    sigma0 = chain.sigma0
+    own = None if chain.shared is None else chain.shared.own
+    common = _common(control, chain, frame)
     weights = ground_weights(control.rows, str(settings["control"]), sigma0, own)
     place, up = control.ground, control.up
     height_only = control.known == "height"
@@ -162,7 +214,7 @@ def _solve(
             required(photo, "f_mm"),
             ground_free=frame.right_handed_matrix(free) if free.any() else None,
             ground_weight=frame.right_handed_matrix(weight) if free.any() else None,
-            common=None if shared is None else shared.in_solver(frame, sigma0),
+            common=common,
             start_mask=control.known == "XYZ",
             approximate_station=_approximate_station(photo, frame, ground),
             tolerance=float(settings["tolerance"] or 0.0),

@@ -1,7 +1,7 @@
 """v = B_e de + B_p (G dc + dp) - H dc + L, v_p = dp + t, v_c = dc + c: the equations of a space resection.
 
-Elements e and common unknowns c (sheets of the points, interior orientation of the image) on the rim, points p eliminated, then c, as
-`functional_iteration` wants them.
+Elements e and common unknowns c (sheets of the points, interior orientation of the image) on the rim, points p
+eliminated, then c, as `functional_iteration` wants them.
 """
 
 from dataclasses import dataclass, field

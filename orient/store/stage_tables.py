@@ -6,7 +6,14 @@ STAGE_TABLES: dict[str, tuple[str, ...]] = {
     "sheet": ("map_sheet", "graticule_cross", "digitizer_reading"),
     "control": ("control_point", "control_system"),
     "model": ("model_point",),
-    "refine": ("cycle_residual", "interior_orientation", "interior_parameter", "fiducial_residual", "image_point"),
+    "refine": (
+        "cycle_residual",
+        "interior_orientation",
+        "interior_parameter",
+        "interior_covariance",
+        "fiducial_residual",
+        "image_point",
+    ),
     "digitize": ("sheet_transform", "sheet_coefficient", "sheet_cofactor", "cross_residual", "digitized_point"),
     "bl": ("crs_operation", "geographic_point"),
     "topocentric": ("topocentric_frame", "topocentric_point"),
@@ -20,8 +27,10 @@ STAGE_TABLES: dict[str, tuple[str, ...]] = {
         "image_residual",
         "adjusted_point",
         "adjusted_coefficient",
+        "adjusted_interior",
+        "source_cofactor",
     ),
-    "covariance": ("ground_covariance", "ground_covariance_pair"),
+    "covariance": ("ground_covariance", "ground_covariance_pair", "error_budget"),
 }
 
 LEDGER_TABLES = ("stage_run", "run_input", "run_seal", "selection", "run_event")
