@@ -26,6 +26,7 @@ from orient.pipeline.frames import frame_of
 from orient.pipeline.ground import ground_of
 from orient.pipeline.runner import create, run_stale
 from orient.pipeline.tables import columns
+from orient.report.plots import make_plot
 from orient.store.project import Project, open_project
 
 ROOT = Path(__file__).parents[1]
@@ -50,6 +51,9 @@ def main(arguments: list[str]) -> int:
     for name, (sample, draw_result) in RESULTS.items():
         with tempfile.TemporaryDirectory() as scratch, open_project(computed(sample, Path(scratch))) as project:
             save(draw_result(project), folder / f"{name}.png")
+    with tempfile.TemporaryDirectory() as scratch:
+        picture = make_plot(computed(RESULTS["apollo15"][0], Path(scratch)), "accuracy", "png")
+    (folder / "accuracy.png").write_bytes(picture)
     return 0
 
 

@@ -899,6 +899,139 @@ class GroundCovariancePair(Base):
     K_YY_m2: Mapped[float] = real("cov(Y_i, Y_j)")
 
 
+class GroundCovarianceImage(Base):
+    """The covariance of a ground point in the scale of the image: by how much its image point is uncertain.
+
+    B = d(x, y)/d(X, Y), the image scale in the horizon of the point; K and all parts together as B K B' [mm^2].
+    """
+
+    __tablename__ = "ground_covariance_image"
+    run_id: Mapped[int] = run_id()
+    point: Mapped[str] = text("point", primary_key=True)
+    dx_dX_mm_m: Mapped[float] = real("image scale, mm in the image for 1 m on the ground")
+    dx_dY_mm_m: Mapped[float] = real("image scale")
+    dy_dX_mm_m: Mapped[float] = real("image scale")
+    dy_dY_mm_m: Mapped[float] = real("image scale")
+    K_xx_mm2: Mapped[float] = real("orientation part")
+    K_xy_mm2: Mapped[float] = real("orientation part")
+    K_yy_mm2: Mapped[float] = real("orientation part")
+    sigma_x_mm: Mapped[float] = real("standard deviation, all parts")
+    sigma_y_mm: Mapped[float] = real("standard deviation, all parts")
+    ellipse_a_mm: Mapped[float] = real("semi-major axis of the standard error ellipse, all parts")
+    ellipse_b_mm: Mapped[float] = real("semi-minor axis")
+    ellipse_direction_deg: Mapped[float] = real("direction of the semi-major axis from x towards y, 0 ... 180")
+
+
+class GroundAccuracy(Base):
+    """Map over the frame: how sure a new ground point would be, read once more at this place of the photo.
+
+    The ray meets the mean height of the points; ground columns are NULL where the place sees no ground. Parts and axes
+    as in `ground_covariance` (X grid north, Y grid east, in the place's own horizon).
+    """
+
+    __tablename__ = "ground_accuracy"
+    run_id: Mapped[int] = run_id()
+    line: Mapped[int] = whole("line of the grid, 1 at the top of the frame", primary_key=True)
+    place: Mapped[int] = whole("place in the line, 1 at the left", primary_key=True)
+    x_mm: Mapped[float] = real("image coordinate, origin at the principal point")
+    y_mm: Mapped[float] = real("image coordinate")
+    X_m: Mapped[float | None] = real("ray at the mean height, T'")
+    Y_m: Mapped[float | None] = real("ray at the mean height, T'")
+    Z_m: Mapped[float | None] = real("ray at the mean height, T'")
+    K_XX_m2: Mapped[float | None] = real("orientation part")
+    K_XY_m2: Mapped[float | None] = real("orientation part")
+    K_YY_m2: Mapped[float | None] = real("orientation part")
+    reading_XX_m2: Mapped[float | None] = real("part of the image reading")
+    reading_XY_m2: Mapped[float | None] = real("part of the image reading")
+    reading_YY_m2: Mapped[float | None] = real("part of the image reading")
+    height_XX_m2: Mapped[float | None] = real("part of the height (setting map_height_sigma_m)")
+    height_XY_m2: Mapped[float | None] = real("part of the height")
+    height_YY_m2: Mapped[float | None] = real("part of the height")
+    sigma_X_m: Mapped[float | None] = real("standard deviation, all parts")
+    sigma_Y_m: Mapped[float | None] = real("standard deviation, all parts")
+    ellipse_a_m: Mapped[float | None] = real("semi-major axis of the standard error ellipse, all parts")
+    ellipse_b_m: Mapped[float | None] = real("semi-minor axis")
+    ellipse_azimuth_deg: Mapped[float | None] = real("direction of the semi-major axis from X towards Y, 0 ... 180")
+    K_xx_mm2: Mapped[float | None] = real("orientation part in the scale of the image")
+    K_xy_mm2: Mapped[float | None] = real("orientation part in the scale of the image")
+    K_yy_mm2: Mapped[float | None] = real("orientation part in the scale of the image")
+    sigma_x_mm: Mapped[float | None] = real("standard deviation in the scale of the image, all parts")
+    sigma_y_mm: Mapped[float | None] = real("standard deviation in the scale of the image, all parts")
+    ellipse_a_mm: Mapped[float | None] = real("semi-major axis in the scale of the image, all parts")
+    ellipse_b_mm: Mapped[float | None] = real("semi-minor axis in the scale of the image")
+    ellipse_direction_deg: Mapped[float | None] = real("its direction from x towards y, 0 ... 180")
+
+
+class ElementUse(Base):
+    """What the ground sigmas would be if less than the full cofactor matrix of the six elements were used.
+
+    Root mean square over the points and both axes, of the part of the orientation; only `six elements` is right.
+    """
+
+    __tablename__ = "element_use"
+    run_id: Mapped[int] = run_id()
+    elements: Mapped[str] = text("six elements | standard deviations only | position only | ...", primary_key=True)
+    sigma_m: Mapped[float] = real("ground sigma that would be found")
+    factor: Mapped[float] = real("against the right one, root mean square over the points")
+    factor_least: Mapped[float] = real("least factor of a point and axis")
+    factor_most: Mapped[float] = real("greatest factor of a point and axis")
+
+
+class ClosedFormCondition(Base):
+    """Conditions of the formulas of seed 003, and whether this photo meets them; sums are per control point.
+
+    `normal case`: without it no formula of the seed applies; `separation`: without it only the inverse, no closed form;
+    `one D`: without it the closed form needs two determinants.
+    """
+
+    __tablename__ = "closed_form_condition"
+    __table_args__ = (one_of("needed_for", "normal case", "separation", "one D"),)
+    run_id: Mapped[int] = run_id()
+    seq: Mapped[int] = whole("order", primary_key=True)
+    condition: Mapped[str] = text("what must hold")
+    needed_for: Mapped[str] = text("normal case | separation | one D")
+    value: Mapped[float | None] = real("found; NULL where a condition before it makes it meaningless")
+    limit_value: Mapped[float] = real("its absolute value may not exceed this")
+    is_met: Mapped[int] = whole("1 if it holds")
+
+
+class FocalCofactor(Base):
+    """Q_z = Q^(f,c) + Q^(xi,eta) of seed 003 (7), packed upper triangle; only for a photo of the normal case.
+
+    Unknowns (f dX_S/(Hc), f dY_S/(Hc), dZ_S/H, (c/f) dalpha, (c/f) domega, dkappa) along the image axes, readings in
+    units of c with unit weight.
+    """
+
+    __tablename__ = "focal_cofactor"
+    run_id: Mapped[int] = run_id()
+    IJ: Mapped[int] = whole("(i-1)(2u-i)/2 + j, i <= j, from 1", primary_key=True)
+    i: Mapped[int] = whole("row, from 1")
+    j: Mapped[int] = whole("column, from 1")
+    unknown_i: Mapped[str] = text("name of the unknown of the row")
+    unknown_j: Mapped[str] = text("name of the unknown of the column")
+    by_focal_length: Mapped[float] = real("Q^(f,c)")
+    by_layout: Mapped[float] = real("Q^(xi,eta)")
+    closed_form: Mapped[float | None] = real("the sum by (8)-(10); NULL where the layout allows no closed form")
+
+
+class FocalSum(Base):
+    """K of a coordinate element by element, (12) = (14) + (15) of seed 003; only for a photo of the normal case.
+
+    In units of the variance of one reading. The part of f/c sums to zero whatever the layout: the ground accuracy in
+    the scale of the image does not know the focal length.
+    """
+
+    __tablename__ = "focal_sum"
+    __table_args__ = (one_of("axis", "x", "y"),)
+    run_id: Mapped[int] = run_id()
+    point: Mapped[str] = text("point", primary_key=True)
+    axis: Mapped[str] = text("x | y: direction on the ground that the image axis has", primary_key=True)
+    focal_sum: Mapped[float] = real("sum of the elements of K^(f,c): zero but for rounding")
+    focal_largest: Mapped[float] = real("largest absolute element of K^(f,c)")
+    layout_sum: Mapped[float] = real("sum of the elements of K^(xi,eta): K by the seed")
+    rigorous: Mapped[float] = real("K of the resection in the same unit")
+
+
 class ErrorBudget(Base):
     """The part of each source of errors in the covariance of the plan position of a ground point.
 

@@ -84,6 +84,22 @@ CREATE TABLE adjusted_point (
 )
  STRICT;
 
+CREATE TABLE closed_form_condition (
+	run_id INTEGER NOT NULL, 
+	seq INTEGER NOT NULL, 
+	condition TEXT NOT NULL, 
+	needed_for TEXT NOT NULL, 
+	value REAL, 
+	limit_value REAL NOT NULL, 
+	is_met INTEGER NOT NULL, 
+	CONSTRAINT pk_closed_form_condition PRIMARY KEY (run_id, seq), 
+	CONSTRAINT ck_closed_form_condition_needed_for CHECK (needed_for IN ('normal case', 'separation', 'one D')), 
+	CONSTRAINT fk_closed_form_condition_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_closed_form_condition_value_finite CHECK (value BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_closed_form_condition_limit_value_finite CHECK (limit_value BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
 CREATE TABLE cofactor (
 	run_id INTEGER NOT NULL, 
 	unknowns TEXT NOT NULL, 
@@ -314,6 +330,22 @@ CREATE TABLE distortion_radial (
 )
  STRICT;
 
+CREATE TABLE element_use (
+	run_id INTEGER NOT NULL, 
+	elements TEXT NOT NULL, 
+	sigma_m REAL NOT NULL, 
+	factor REAL NOT NULL, 
+	factor_least REAL NOT NULL, 
+	factor_most REAL NOT NULL, 
+	CONSTRAINT pk_element_use PRIMARY KEY (run_id, elements), 
+	CONSTRAINT fk_element_use_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_element_use_sigma_m_finite CHECK (sigma_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_element_use_factor_finite CHECK (factor BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_element_use_factor_least_finite CHECK (factor_least BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_element_use_factor_most_finite CHECK (factor_most BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
 CREATE TABLE equation (
 	run_id INTEGER NOT NULL, 
 	point TEXT NOT NULL, 
@@ -389,6 +421,42 @@ CREATE TABLE fiducial_residual (
 )
  STRICT;
 
+CREATE TABLE focal_cofactor (
+	run_id INTEGER NOT NULL, 
+	"IJ" INTEGER NOT NULL, 
+	i INTEGER NOT NULL, 
+	j INTEGER NOT NULL, 
+	unknown_i TEXT NOT NULL, 
+	unknown_j TEXT NOT NULL, 
+	by_focal_length REAL NOT NULL, 
+	by_layout REAL NOT NULL, 
+	closed_form REAL, 
+	CONSTRAINT pk_focal_cofactor PRIMARY KEY (run_id, "IJ"), 
+	CONSTRAINT fk_focal_cofactor_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_focal_cofactor_by_focal_length_finite CHECK (by_focal_length BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_focal_cofactor_by_layout_finite CHECK (by_layout BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_focal_cofactor_closed_form_finite CHECK (closed_form BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
+CREATE TABLE focal_sum (
+	run_id INTEGER NOT NULL, 
+	point TEXT NOT NULL, 
+	axis TEXT NOT NULL, 
+	focal_sum REAL NOT NULL, 
+	focal_largest REAL NOT NULL, 
+	layout_sum REAL NOT NULL, 
+	rigorous REAL NOT NULL, 
+	CONSTRAINT pk_focal_sum PRIMARY KEY (run_id, point, axis), 
+	CONSTRAINT ck_focal_sum_axis CHECK (axis IN ('x', 'y')), 
+	CONSTRAINT fk_focal_sum_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_focal_sum_focal_sum_finite CHECK (focal_sum BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_focal_sum_focal_largest_finite CHECK (focal_largest BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_focal_sum_layout_sum_finite CHECK (layout_sum BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_focal_sum_rigorous_finite CHECK (rigorous BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
 CREATE TABLE geographic_point (
 	run_id INTEGER NOT NULL, 
 	point TEXT NOT NULL, 
@@ -455,6 +523,69 @@ CREATE TABLE graticule_cross (
 
 CREATE INDEX ix_graticule_cross_run_id_sheet ON graticule_cross (run_id, sheet);
 
+CREATE TABLE ground_accuracy (
+	run_id INTEGER NOT NULL, 
+	line INTEGER NOT NULL, 
+	place INTEGER NOT NULL, 
+	x_mm REAL NOT NULL, 
+	y_mm REAL NOT NULL, 
+	"X_m" REAL, 
+	"Y_m" REAL, 
+	"Z_m" REAL, 
+	"K_XX_m2" REAL, 
+	"K_XY_m2" REAL, 
+	"K_YY_m2" REAL, 
+	"reading_XX_m2" REAL, 
+	"reading_XY_m2" REAL, 
+	"reading_YY_m2" REAL, 
+	"height_XX_m2" REAL, 
+	"height_XY_m2" REAL, 
+	"height_YY_m2" REAL, 
+	"sigma_X_m" REAL, 
+	"sigma_Y_m" REAL, 
+	ellipse_a_m REAL, 
+	ellipse_b_m REAL, 
+	ellipse_azimuth_deg REAL, 
+	"K_xx_mm2" REAL, 
+	"K_xy_mm2" REAL, 
+	"K_yy_mm2" REAL, 
+	sigma_x_mm REAL, 
+	sigma_y_mm REAL, 
+	ellipse_a_mm REAL, 
+	ellipse_b_mm REAL, 
+	ellipse_direction_deg REAL, 
+	CONSTRAINT pk_ground_accuracy PRIMARY KEY (run_id, line, place), 
+	CONSTRAINT fk_ground_accuracy_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_ground_accuracy_x_mm_finite CHECK (x_mm BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_ground_accuracy_y_mm_finite CHECK (y_mm BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_ground_accuracy_X_m_finite" CHECK (X_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_ground_accuracy_Y_m_finite" CHECK (Y_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_ground_accuracy_Z_m_finite" CHECK (Z_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_ground_accuracy_K_XX_m2_finite" CHECK (K_XX_m2 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_ground_accuracy_K_XY_m2_finite" CHECK (K_XY_m2 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_ground_accuracy_K_YY_m2_finite" CHECK (K_YY_m2 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_ground_accuracy_reading_XX_m2_finite" CHECK (reading_XX_m2 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_ground_accuracy_reading_XY_m2_finite" CHECK (reading_XY_m2 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_ground_accuracy_reading_YY_m2_finite" CHECK (reading_YY_m2 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_ground_accuracy_height_XX_m2_finite" CHECK (height_XX_m2 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_ground_accuracy_height_XY_m2_finite" CHECK (height_XY_m2 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_ground_accuracy_height_YY_m2_finite" CHECK (height_YY_m2 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_ground_accuracy_sigma_X_m_finite" CHECK (sigma_X_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_ground_accuracy_sigma_Y_m_finite" CHECK (sigma_Y_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_ground_accuracy_ellipse_a_m_finite CHECK (ellipse_a_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_ground_accuracy_ellipse_b_m_finite CHECK (ellipse_b_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_ground_accuracy_ellipse_azimuth_deg_finite CHECK (ellipse_azimuth_deg BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_ground_accuracy_K_xx_mm2_finite" CHECK (K_xx_mm2 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_ground_accuracy_K_xy_mm2_finite" CHECK (K_xy_mm2 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_ground_accuracy_K_yy_mm2_finite" CHECK (K_yy_mm2 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_ground_accuracy_sigma_x_mm_finite CHECK (sigma_x_mm BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_ground_accuracy_sigma_y_mm_finite CHECK (sigma_y_mm BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_ground_accuracy_ellipse_a_mm_finite CHECK (ellipse_a_mm BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_ground_accuracy_ellipse_b_mm_finite CHECK (ellipse_b_mm BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_ground_accuracy_ellipse_direction_deg_finite CHECK (ellipse_direction_deg BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
 CREATE TABLE ground_covariance (
 	run_id INTEGER NOT NULL, 
 	point TEXT NOT NULL, 
@@ -499,6 +630,38 @@ CREATE TABLE ground_covariance (
 	CONSTRAINT ck_ground_covariance_ellipse_a_m_finite CHECK (ellipse_a_m BETWEEN -1e15 AND 1e15), 
 	CONSTRAINT ck_ground_covariance_ellipse_b_m_finite CHECK (ellipse_b_m BETWEEN -1e15 AND 1e15), 
 	CONSTRAINT ck_ground_covariance_ellipse_azimuth_deg_finite CHECK (ellipse_azimuth_deg BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
+CREATE TABLE ground_covariance_image (
+	run_id INTEGER NOT NULL, 
+	point TEXT NOT NULL, 
+	"dx_dX_mm_m" REAL NOT NULL, 
+	"dx_dY_mm_m" REAL NOT NULL, 
+	"dy_dX_mm_m" REAL NOT NULL, 
+	"dy_dY_mm_m" REAL NOT NULL, 
+	"K_xx_mm2" REAL NOT NULL, 
+	"K_xy_mm2" REAL NOT NULL, 
+	"K_yy_mm2" REAL NOT NULL, 
+	sigma_x_mm REAL NOT NULL, 
+	sigma_y_mm REAL NOT NULL, 
+	ellipse_a_mm REAL NOT NULL, 
+	ellipse_b_mm REAL NOT NULL, 
+	ellipse_direction_deg REAL NOT NULL, 
+	CONSTRAINT pk_ground_covariance_image PRIMARY KEY (run_id, point), 
+	CONSTRAINT fk_ground_covariance_image_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT "ck_ground_covariance_image_dx_dX_mm_m_finite" CHECK (dx_dX_mm_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_ground_covariance_image_dx_dY_mm_m_finite" CHECK (dx_dY_mm_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_ground_covariance_image_dy_dX_mm_m_finite" CHECK (dy_dX_mm_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_ground_covariance_image_dy_dY_mm_m_finite" CHECK (dy_dY_mm_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_ground_covariance_image_K_xx_mm2_finite" CHECK (K_xx_mm2 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_ground_covariance_image_K_xy_mm2_finite" CHECK (K_xy_mm2 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_ground_covariance_image_K_yy_mm2_finite" CHECK (K_yy_mm2 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_ground_covariance_image_sigma_x_mm_finite CHECK (sigma_x_mm BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_ground_covariance_image_sigma_y_mm_finite CHECK (sigma_y_mm BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_ground_covariance_image_ellipse_a_mm_finite CHECK (ellipse_a_mm BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_ground_covariance_image_ellipse_b_mm_finite CHECK (ellipse_b_mm BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_ground_covariance_image_ellipse_direction_deg_finite CHECK (ellipse_direction_deg BETWEEN -1e15 AND 1e15)
 )
  STRICT;
 

@@ -9,7 +9,7 @@ from types import FrameType
 
 import typer
 
-from orient.cli import inputs, ledger, plan, questions, stages
+from orient.cli import inputs, ledger, plan, plot, questions, stages
 from orient.errors import OrientError
 
 OUR_FAULT = 70
@@ -50,7 +50,7 @@ def _options(
     """Options of orient itself."""
 
 
-for register in (inputs.register, stages.register, ledger.register, questions.register, plan.register):
+for register in (inputs.register, stages.register, ledger.register, questions.register, plan.register, plot.register):
     register(app)
 
 

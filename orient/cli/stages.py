@@ -25,6 +25,7 @@ def register(app: typer.Typer) -> None:
 
 
 LARGEST_TOLERANCE = 1e-4
+LARGEST_SIGMA_M = 1e8
 
 Reject = Annotated[
     bool | None, typer.Option("--reject/--keep", help="Leave flagged readings or crosses out; each is recorded.")
@@ -47,6 +48,12 @@ def _one_of(words: tuple[str, ...]) -> Callable[[str | None], str | None]:
 def _small(value: float | None) -> float | None:
     if value is not None and not (math.isfinite(value) and 0 < value <= LARGEST_TOLERANCE):
         raise typer.BadParameter(f"{value} is not between 0 and {LARGEST_TOLERANCE}.")
+    return value
+
+
+def _sigma(value: float | None) -> float | None:
+    if value is not None and not (math.isfinite(value) and 0 <= value <= LARGEST_SIGMA_M):
+        raise typer.BadParameter(f"{value} is not between 0 and {LARGEST_SIGMA_M:g} m.")
     return value
 
 
@@ -202,9 +209,18 @@ def covariance(
     message: Reason = "covariance",
     again: Again = False,
     pairs: Annotated[bool | None, typer.Option("--pairs/--no-pairs", help="Also between all pairs of points.")] = None,
+    map_side: Annotated[
+        int | None,
+        typer.Option("--map-side", min=2, max=101, help="Places along each side of the frame in the map of accuracy."),
+    ] = None,
+    map_height_sigma_m: Annotated[
+        float | None,
+        typer.Option("--map-height-sigma-m", callback=_sigma, help="Sigma of the heights that the map takes."),
+    ] = None,
 ) -> None:
-    """Covariance of the ground points, K = C Q C', and error ellipses."""
-    _stage(project, "covariance", _given(pairs=pairs), message, again)
+    """Covariance of the ground points, K = C Q C', error ellipses, and a map of the accuracy over the frame."""
+    given = _given(pairs=pairs, map_side=map_side, map_height_sigma_m=map_height_sigma_m)
+    _stage(project, "covariance", given, message, again)
 
 
 def _given(**options: str | int | float | bool | None) -> Settings:

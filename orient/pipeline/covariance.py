@@ -10,42 +10,31 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from orient.errors import OrientError
-from orient.geometry.rotation import matrix_from_quaternion
+from orient.pipeline.element_use import use_rows
 from orient.pipeline.frames import Frame, frame_of
 from orient.pipeline.ground import ground_of
-from orient.pipeline.ground_budget import RayUnknowns, budget_rows, ray_unknowns_of
+from orient.pipeline.ground_accuracy import frame_places, map_rows
+from orient.pipeline.ground_budget import budget_rows
+from orient.pipeline.normal_case import Case, normal_case_tables
+from orient.pipeline.oriented import ELEMENTS, Oriented, oriented_by
+from orient.pipeline.plan_covariance import (
+    PlanCovariance,
+    ground_columns,
+    horizon,
+    image_columns,
+    plan_covariance,
+    scale_columns,
+)
 from orient.pipeline.resection import Observations, observations
 from orient.pipeline.tables import Array, columns, covariances, or_none, required, single
 from orient.solvers.ground_covariance import (
     RayJacobians,
     covariance_factor,
-    error_ellipse,
-    ground_covariance,
     pair_covariance,
     ray_at_height,
     ray_at_height_jacobians,
 )
-from orient.units import DEGREES_PER_RADIAN
 from orient.values import Event, Outcome, Row, Settings, Tables
-
-PARTS = ("XX", "XY", "YY")
-
-
-@dataclass(frozen=True, slots=True)
-class Oriented:
-    """The orientation in the solver's right-handed frame, with the covariance of its elements.
-
-    `covariance` of `rays`, all that a ray depends on. `variance_scale` [mm^2]: variance of unit weight by which all
-    cofactors are multiplied; `scale`: the same in units of the one a priori.
-    """
-
-    station: Array
-    rotation: Array
-    f_mm: float
-    covariance: Array
-    scale: float
-    variance_scale: float
-    rays: RayUnknowns
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,26 +54,64 @@ class Meeting:
     def met(self) -> list[int]:
         return [int(i) for i in np.flatnonzero(self.jacobians.determined)]
 
+    @property
+    def plan_partials(self) -> Array:
+        """(m, 2, 6+k) of the plan position of the points that are met, by all that a ray depends on."""
+        return np.asarray(self.axes[self.met] @ self.jacobians.at(self.met).C)
+
 
 def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     """Outcome with `ground_covariance` rows and, when asked, all pairs."""
     photo = single(inputs["photo"], "photo")
     frame = frame_of(single(inputs["topocentric"], "topocentric_frame"), ground_of(photo))
     measured, _ = observations(inputs["refine"], inputs["topocentric"])
-    oriented = _oriented(inputs["refine"], inputs["resection"], frame)
+    oriented = oriented_by(inputs["refine"], inputs["resection"], frame)
     image = oriented.rays.image(measured.image, measured.comparator)
     seen, events = _placed(replace(measured, image=image), inputs["resection"])
     meeting = _meeting(seen, oriented, inputs["resection"], frame)
     events += _level_rays(meeting)
-    parts = _parts(meeting, oriented)
-    rows = _rows(meeting, parts, frame)
+    plan = _plan(meeting, oriented)
+    rows = _rows(meeting, plan, frame)
     tables: dict[str, Sequence[Row]] = {
         "ground_covariance": rows,
-        "error_budget": _budget_rows(meeting, parts, oriented),
+        "ground_covariance_image": _image_rows(meeting, plan),
+        "ground_accuracy": _map_rows(photo, meeting, oriented, frame, settings),
+        "element_use": use_rows(oriented, meeting.plan_partials[:, :, :ELEMENTS]),
+        "error_budget": _budget_rows(meeting, plan, oriented),
+        **normal_case_tables(_case(inputs["resection"], meeting, oriented, plan)),
     }
     if settings["pairs"]:
         tables["ground_covariance_pair"] = _pair_rows(meeting, oriented)
     return Outcome(tables, events, _summary(rows))
+
+
+def _map_rows(photo: Row, meeting: Meeting, oriented: Oriented, frame: Frame, settings: Settings) -> list[Row]:
+    """The map of the frame, at the mean height of the points and for a reading like theirs."""
+    side, height_sigma = int(settings["map_side"] or 0), float(settings["map_height_sigma_m"] or 0.0)
+    points = frame.right_handed(meeting.points[meeting.met])
+    height = float(np.mean(points[:, 2] if frame.is_local else frame.geographic(points)[:, 2]))
+    reading = oriented.scale * np.mean(meeting.seen.image_covariance[meeting.met], axis=0)
+    places = frame_places(photo, side)
+    comparator = oriented.rays.comparator(places + columns([photo], "x0_mm", "y0_mm"))
+    return map_rows(places, comparator, oriented, frame, height, reading, height_sigma)
+
+
+def _case(resection: Tables, meeting: Meeting, oriented: Oriented, plan: PlanCovariance) -> Case:
+    """What seed 003 asks of the photo; flat ground is flat in the Cartesian Z of T', curvature counts as relief."""
+    seen = meeting.seen.at(meeting.met)
+    in_image = plan.in_image(plan.orientation)
+    return Case(
+        control=columns([row for row in resection["image_residual"] if row["role"] == "control"], "x_mm", "y_mm"),
+        points=seen.points,
+        image=seen.image,
+        heights=meeting.points[meeting.met, 2],
+        station_height=float(oriented.station[2]),
+        rotation=oriented.rotation,
+        f_mm=oriented.f_mm,
+        reading=oriented.scale * seen.image_covariance,
+        K=np.diagonal(in_image, axis1=1, axis2=2),
+        adjusted=len(resection.get("adjusted_point", ())),
+    )
 
 
 def _placed(measured: Observations, resection: Tables) -> tuple[Observations, list[Event]]:
@@ -100,21 +127,6 @@ def _placed(measured: Observations, resection: Tables) -> tuple[Observations, li
     return measured.at(keep), events
 
 
-def _oriented(refine: Tables, resection: Tables, frame: Frame) -> Oriented:
-    row = single(resection, "orientation")
-    rays = ray_unknowns_of(refine, resection, frame)
-    scale = required(row, "variance_scale")
-    return Oriented(
-        station=frame.right_handed(columns([row], "X_S_m", "Y_S_m", "Z_S_m")[0]),
-        rotation=matrix_from_quaternion(columns([row], "q_w", "q_x", "q_y", "q_z")[0]),
-        f_mm=required(row, "f_mm"),
-        covariance=scale * rays.cofactor,
-        scale=scale / required(row, "sigma0_apriori_mm") ** 2,
-        variance_scale=scale,
-        rays=rays,
-    )
-
-
 def _meeting(seen: Observations, oriented: Oriented, resection: Tables, frame: Frame) -> Meeting:
     adjusted = {str(row["point"]): row for row in resection.get("adjusted_point", ())}
     heights = frame.right_handed(_places(seen, adjusted))
@@ -124,7 +136,7 @@ def _meeting(seen: Observations, oriented: Oriented, resection: Tables, frame: F
     T = oriented.rays.jacobian(jacobians.C, jacobians.J, seen.comparator)
     jacobians = replace(jacobians, C=T)
     scale = required(single(resection, "orientation"), "variance_scale")
-    return Meeting(seen, points, jacobians, _horizon(frame, up), _height_variance(seen, adjusted, scale))
+    return Meeting(seen, points, jacobians, horizon(frame, up), _height_variance(seen, adjusted, scale))
 
 
 def _places(seen: Observations, adjusted: Mapping[str, Row]) -> Array:
@@ -146,46 +158,40 @@ def _height_variance(seen: Observations, adjusted: Mapping[str, Row], scale: flo
     return variance
 
 
-def _horizon(frame: Frame, up: Array) -> Array:
-    """(n, 2, 3) unit vectors X (grid north) and Y (grid east) in the horizon of each point, right-handed frame."""
-    x_axis = frame.right_handed(np.array([1.0, 0.0, 0.0]))
-    level = x_axis - (up @ x_axis)[:, None] * up
-    first = level / np.linalg.norm(level, axis=1)[:, None]
-    second = np.cross(up, first) * np.linalg.det(frame.partner)
-    return np.stack([first, second], axis=1)
+def _plan(meeting: Meeting, oriented: Oriented) -> PlanCovariance:
+    """Covariances of the points whose rays meet their heights, in the order of `met`."""
+    reading = oriented.scale * meeting.seen.image_covariance[meeting.met]
+    jacobians = meeting.jacobians.at(meeting.met)
+    axes, heights = meeting.axes[meeting.met], meeting.height_variance[meeting.met]
+    return plan_covariance(jacobians, axes, oriented.ray_covariance, reading, heights)
 
 
-def _parts(meeting: Meeting, oriented: Oriented) -> list[Array]:
-    """(n, 2, 2) of photo, reading and height in the plan axes of each point."""
-    reading = oriented.scale * meeting.seen.image_covariance
-    found = ground_covariance(meeting.jacobians, oriented.covariance, reading, meeting.height_variance)
-    axes = meeting.axes
-    return [axes @ part @ axes.transpose(0, 2, 1) for part in (found.orientation, found.reading, found.height)]
+def _budget_rows(meeting: Meeting, plan: PlanCovariance, oriented: Oriented) -> Sequence[Row]:
+    names = [meeting.seen.points[i] for i in meeting.met]
+    T = meeting.plan_partials
+    return budget_rows(names, T, oriented.rays, oriented.variance_scale, plan.reading, plan.height)
 
 
-def _budget_rows(meeting: Meeting, parts: Sequence[Array], oriented: Oriented) -> Sequence[Row]:
-    met = meeting.met
-    T = meeting.axes[met] @ meeting.jacobians.C[met]
-    names = [meeting.seen.points[i] for i in met]
-    return budget_rows(names, T, oriented.rays, oriented.variance_scale, parts[1][met], parts[2][met])
-
-
-def _rows(meeting: Meeting, in_plan: Sequence[Array], frame: Frame) -> list[Row]:
-    seen, axes, known = meeting.seen, meeting.axes, meeting.seen.known
+def _rows(meeting: Meeting, plan: PlanCovariance, frame: Frame) -> list[Row]:
+    seen, known = meeting.seen, meeting.seen.known
     stored = frame.right_handed(meeting.points)
-    apart = np.einsum("nij,nj->ni", axes, meeting.points - frame.right_handed(seen.ground))
+    apart = np.einsum("nij,nj->ni", meeting.axes, meeting.points - frame.right_handed(seen.ground))
     return [
         {
             "point": seen.points[i],
             "role": seen.roles[i],
             **dict(zip(("X_m", "Y_m", "Z_m"), stored[i].tolist(), strict=True)),
             **_apart(apart[i], known[i]),
-            **_part("K", in_plan[0][i]),
-            **_part("reading", in_plan[1][i]),
-            **_part("height", in_plan[2][i]),
-            **_accuracy(sum(part[i] for part in in_plan)),
+            **covariance,
         }
-        for i in meeting.met
+        for i, covariance in zip(meeting.met, ground_columns(plan), strict=True)
+    ]
+
+
+def _image_rows(meeting: Meeting, plan: PlanCovariance) -> list[Row]:
+    return [
+        {"point": meeting.seen.points[i], **scale, **covariance}
+        for i, scale, covariance in zip(meeting.met, scale_columns(plan), image_columns(plan), strict=True)
     ]
 
 
@@ -195,24 +201,8 @@ def _apart(apart: Array, known: str) -> dict[str, float | None]:
     return {"dX_m": float(apart[0]), "dY_m": float(apart[1])}
 
 
-def _part(name: str, covariance: Array) -> dict[str, float]:
-    values = (covariance[0, 0], covariance[0, 1], covariance[1, 1])
-    return {f"{name}_{part}_m2": float(value) for part, value in zip(PARTS, values, strict=True)}
-
-
-def _accuracy(total: Array) -> dict[str, float]:
-    ellipse = error_ellipse(total)
-    return {
-        "sigma_X_m": float(np.sqrt(total[0, 0])),
-        "sigma_Y_m": float(np.sqrt(total[1, 1])),
-        "ellipse_a_m": ellipse.a,
-        "ellipse_b_m": ellipse.b,
-        "ellipse_azimuth_deg": ellipse.azimuth * DEGREES_PER_RADIAN,
-    }
-
-
 def _pair_rows(meeting: Meeting, oriented: Oriented) -> list[Row]:
-    factor = meeting.axes @ covariance_factor(meeting.jacobians, oriented.covariance)
+    factor = meeting.axes @ covariance_factor(meeting.jacobians, oriented.ray_covariance)
     met = np.array(meeting.met, dtype=np.intp)
     first, second = (met[index] for index in np.triu_indices(len(met), 1))
     pairs = pair_covariance(factor, first, second)

@@ -9,9 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from orient.geodesy.ellipsoid import Ellipsoid
+from orient.geodesy.line_of_sight import line_at_height
 from orient.geodesy.topocentric import (
     Origin,
     geocentric_from_geographic,
+    geographic_from_geocentric,
     geographic_from_topocentric,
     horizon_axes,
     local_axes,
@@ -36,6 +38,11 @@ class Frame:
     origin: Origin | None = None
     gamma: float = 0.0
     ellipsoid: Ellipsoid | None = None
+
+    @property
+    def is_local(self) -> bool:
+        """Local Cartesian ground: its Z is the height, and it has no place on an ellipsoid."""
+        return self.origin is None
 
     def right_handed(self, vectors: Array) -> Array:
         """(..., 3) vectors of the stored frame in the right-handed frame; the same call goes back."""
@@ -75,6 +82,13 @@ class Frame:
         _, ellipsoid = self._earth()
         latitude, longitude, height = geographic.T
         return geocentric_from_geographic(latitude, longitude, height, ellipsoid)
+
+    def meet(self, station: Array, rays: Array, height: float) -> Array:
+        """(n, 3) B, L [rad], H where `rays` (n, 3) from `station` (3,), right-handed, meet the height; NaN: nowhere."""
+        _, ellipsoid = self._earth()
+        start = self.geocentric(self.geographic(self.right_handed(station)[None, :]))[0]
+        points = line_at_height(start, rays @ self.geocentric_from_right_handed().T, ellipsoid, height)
+        return geographic_from_geocentric(points, ellipsoid)
 
     def _earth(self) -> tuple[Origin, Ellipsoid]:
         if self.origin is None or self.ellipsoid is None:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from orient.geometry import plane
 from orient.pipeline.error_sources import HEIGHTS, IMAGE, SOURCES
 from orient.pipeline.frames import Frame
 from orient.pipeline.interior_unknowns import InteriorUnknowns, image_shift, interior_unknowns
@@ -43,6 +44,12 @@ class RayUnknowns:
         if self.interior is None:
             return C
         return np.concatenate([C, J @ self.interior.by_image(comparator)], axis=2)
+
+    def comparator(self, in_frame: Array) -> Array:
+        """(n, 2) comparator coordinates of places of the fiducial system [mm]; those without fiducial marks."""
+        if self.interior is None:
+            return in_frame
+        return plane.invert(self.interior.transformation, self.interior.values, in_frame)
 
 
 def ray_unknowns_of(refine: Tables, resection: Tables, frame: Frame) -> RayUnknowns:

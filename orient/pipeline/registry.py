@@ -96,10 +96,10 @@ STAGES = (
     ),
     Stage(
         "covariance",
-        2,
+        3,
         "covariance of ground points, K = C Q C'",
         required=("photo", "refine", "topocentric", "resection"),
-        settings={"pairs": False},
+        settings={"pairs": False, "map_side": 11, "map_height_sigma_m": 0.0},
     ),
 )
 BY_NAME = {stage.name: stage for stage in STAGES}

@@ -46,6 +46,8 @@ QUESTIONS = (
         "ORDER BY vx_mm * vx_mm + vy_mm * vy_mm DESC",
     ),
     Question("ground-accuracy", "How sure is a ground point read on the photo?", _current("v_ground_accuracy")),
+    Question("ground-map", "How sure is a new ground point over the frame?", _current("v_ground_map")),
+    Question("pairs", "How do the errors of two ground points hang together?", _current("v_ground_pair")),
     Question("error-budget", "Where does the ground error of each point come from?", _current("v_error_budget")),
     Question("corrections", "What was corrected on each image point?", _current("v_correction")),
     Question("fiducials", "Residuals at the fiducial marks?", _current("v_fiducial_residual")),

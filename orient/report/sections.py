@@ -74,5 +74,10 @@ SECTIONS: Mapping[str, tuple[Section, ...]] = {
             "ground_covariance",
             "point role dX_m.3 dY_m.3 sigma_X_m.3 sigma_Y_m.3 ellipse_a_m.3 ellipse_b_m.3 ellipse_azimuth_deg.1",
         ),
+        _section(
+            "The same in the scale of the image, all parts",
+            "ground_covariance_image",
+            "point sigma_x_mm.5 sigma_y_mm.5 ellipse_a_mm.5 ellipse_b_mm.5 ellipse_direction_deg.1",
+        ),
     ),
 }

@@ -7,8 +7,9 @@ from pathlib import Path
 
 from orient.errors import UsageError
 from orient.pipeline.registry import ALL_STAGES, BY_NAME
+from orient.report.covariance import covariance_lines, covariance_tables
 from orient.report.findings import findings, print_findings
-from orient.report.orientation import iteration_table, orientation_lines, orientation_tables
+from orient.report.orientation import Shown, iteration_table, orientation_lines, orientation_tables
 from orient.report.sections import SECTIONS, Section
 from orient.report.text import cell, console, print_table, printable
 from orient.store.project import Project, RunInfo, open_project
@@ -34,8 +35,12 @@ def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bo
     print_findings(findings(run.stage, events))
     if stage == "resection":
         _print_resection(tables)
+    for text in covariance_lines(tables) if stage == "covariance" else ():
+        console().print(text, soft_wrap=True)
     for section in SECTIONS.get(stage, ()):
         _print_section(section, tables.get(section.source, ()))
+    if stage == "covariance":
+        _print_tables(covariance_tables(tables, SHOWN_ROWS))
     if stage == "photo":
         _print_record(tables["photo"][0])
     return run.status == "succeeded"
@@ -67,8 +72,12 @@ def _print_resection(tables: Tables) -> None:
         return
     for text in orientation_lines(tables):
         out.print(text, soft_wrap=True)
-    for title, headers, rows in orientation_tables(tables, SHOWN_ROWS):
-        out.print(f"\n{title}")
+    _print_tables(orientation_tables(tables, SHOWN_ROWS))
+
+
+def _print_tables(shown: Sequence[Shown]) -> None:
+    for title, headers, rows in shown:
+        console().print(f"\n{title}")
         print_table(headers, rows, [i > 0 for i in range(len(headers))])
 
 

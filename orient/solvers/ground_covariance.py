@@ -5,6 +5,7 @@ solution dP = C de + J dx + h dH splits the covariance into the parts of orienta
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +30,10 @@ class RayJacobians:
     def determined(self) -> NDArray[np.bool_]:
         """Points (n,) whose ray meets the height."""
         return np.asarray(np.isfinite(self.h).all(axis=1))
+
+    def at(self, keep: Sequence[int]) -> "RayJacobians":
+        """Those of the points at these places of the list."""
+        return RayJacobians(self.C[keep], self.J[keep], self.h[keep])
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,11 +113,15 @@ def covariance_factor(jacobians: RayJacobians, element_covariance: FloatArray) -
 
     The factor loses no digits to the strong correlations of Q, and serves all n^2 pairs.
     """
-    scale = np.sqrt(np.maximum(np.diag(element_covariance), 0.0))
+    return np.asarray(jacobians.C @ symmetric_factor(element_covariance))
+
+
+def symmetric_factor(covariance: FloatArray) -> FloatArray:
+    """L with L L' = Q (k, k), also where Q has rounding errors that make it not quite positive."""
+    scale = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     safe = np.where(scale > 0, scale, 1.0)
-    values, axes = np.linalg.eigh(element_covariance / np.outer(safe, safe))
-    L = scale[:, None] * axes * np.sqrt(np.maximum(values, 0.0))
-    return np.asarray(jacobians.C @ L)
+    values, axes = np.linalg.eigh(covariance / np.outer(safe, safe))
+    return np.asarray(scale[:, None] * axes * np.sqrt(np.maximum(values, 0.0)))
 
 
 def pair_covariance(factor: FloatArray, i: NDArray[np.intp], j: NDArray[np.intp]) -> FloatArray:

@@ -145,12 +145,11 @@ def moments(points: FloatArray) -> tuple[AxisMoments, AxisMoments]:
     return of_x, of_y
 
 
-def symmetry(points: FloatArray, tolerance: float = SYMMETRIC) -> Symmetry:
+def conditions(points: FloatArray) -> tuple[Condition, ...]:
     """sum xi = sum eta = sum xi eta = 0, the same times (xi^2 + eta^2); sum xi^2 = sum eta^2, sum xi^4 = sum eta^4.
 
     The first six separate {X_S, alpha}, {Y_S, omega}, Z_S and kappa (necessary and sufficient for g > 0), the last
-    two give one D. A sum counts as violated when it exceeds `tolerance` per point. Every layout that is symmetric
-    about both axes meets the six. Source: EQUATIONS 3.1.
+    two give one D. Every layout that is symmetric about both axes meets the six. Source: EQUATIONS 3.1.
     """
     xi, eta = points.T
     rr = xi**2 + eta**2
@@ -164,8 +163,12 @@ def symmetry(points: FloatArray, tolerance: float = SYMMETRIC) -> Symmetry:
         ("sum xi^2 - sum eta^2", xi**2 - eta**2, False),
         ("sum xi^4 - sum eta^4", xi**4 - eta**4, False),
     )
-    found = [Condition(name, float(np.sum(terms)), separates) for name, terms, separates in sums]
-    return Symmetry(tuple(each for each in found if abs(each.value) > tolerance * len(points)))
+    return tuple(Condition(name, float(np.sum(terms)), separates) for name, terms, separates in sums)
+
+
+def symmetry(points: FloatArray, tolerance: float = SYMMETRIC) -> Symmetry:
+    """Which of the `conditions` a layout does not meet: a sum that exceeds `tolerance` per point."""
+    return Symmetry(tuple(each for each in conditions(points) if abs(each.value) > tolerance * len(points)))
 
 
 def element_matrices(
@@ -177,11 +180,19 @@ def element_matrices(
     (18) is its (X, X) of a symmetric layout; the elements of `layout` sum to the covariance (19). `first`, `second`:
     point (2,) = xi, eta and axis 0 (X) or 1 (Y); `parts` of `closed_form` or, for any layout, `decomposition`.
     """
-    j, j_focal = _parts_of_row(first, g)
-    k, k_focal = _parts_of_row(second, g)
-    whole = np.outer(j + j_focal, k + k_focal)
-    focal = whole * parts.focal + (np.outer(j_focal, k + k_focal) + np.outer(j, k_focal)) * parts.layout
-    return ElementMatrices(whole * parts.Q, focal, np.outer(j, k) * parts.layout)
+    return _elements(_parts_of_row(first, g), _parts_of_row(second, g), parts)
+
+
+def element_sums(points: FloatArray, parts: Decomposition, g: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Of K_XX and K_YY of each new point: sum and largest element of K^(f,c), sum of K^(xi,eta); (m, 2) each.
+
+    (13) = (14) + (15): the first is zero for every layout, so that the last is the covariance, in units of sigma^2;
+    the second tells how large the terms are that cancel. `points` (m, 2) = xi, eta.
+    """
+    rows = design_parts(points, g)
+    found = _elements(rows, rows, parts)
+    largest = np.max(np.abs(found.focal), axis=(-2, -1))
+    return np.sum(found.focal, axis=(-2, -1)), largest, np.sum(found.layout, axis=(-2, -1))
 
 
 def variance_of_uses(
@@ -198,6 +209,20 @@ def variance_of_uses(
     diagonal = C**2 @ np.sum(factor**2, axis=1)
     alone = {name: np.sum((C[..., list(at)] @ factor[list(at)]) ** 2, axis=-1) for name, at in groups.items()}
     return full, diagonal, alone
+
+
+def _elements(
+    first: tuple[FloatArray, FloatArray], second: tuple[FloatArray, FloatArray], parts: Decomposition
+) -> ElementMatrices:
+    """(12), (14), (15) for rows (..., 6) of L^(xi,eta) and L^(f,c) of both points."""
+    (j, j_focal), (k, k_focal) = first, second
+    whole = _outer(j + j_focal, k + k_focal)
+    focal = whole * parts.focal + (_outer(j_focal, k + k_focal) + _outer(j, k_focal)) * parts.layout
+    return ElementMatrices(whole * parts.Q, focal, _outer(j, k) * parts.layout)
+
+
+def _outer(left: FloatArray, right: FloatArray) -> FloatArray:
+    return np.asarray(left[..., :, None] * right[..., None, :])
 
 
 def _parts_of_row(place: tuple[FloatArray, int], g: float) -> tuple[FloatArray, FloatArray]:

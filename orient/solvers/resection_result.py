@@ -230,7 +230,7 @@ def _records(task: Task, iterated: Refined) -> tuple[IterationRecord, ...]:
 
 
 def _record(task: Task, step: Step[Orientation], after: Orientation) -> IterationRecord:
-    has_unknown_points = len(task.problem.known.unknown) > 0 or task.problem.common.rank > 0
+    has_unknown_points = len(task.problem.known.unknown) > 0 or bool(task.problem.common.by_ground.any())
     factor = task.problem.common.factor
     return IterationRecord(
         rotation=step.state.rotation,

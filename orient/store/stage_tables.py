@@ -30,7 +30,17 @@ STAGE_TABLES: dict[str, tuple[str, ...]] = {
         "adjusted_interior",
         "source_cofactor",
     ),
-    "covariance": ("ground_covariance", "ground_covariance_pair", "error_budget"),
+    "covariance": (
+        "ground_covariance",
+        "ground_covariance_pair",
+        "ground_covariance_image",
+        "ground_accuracy",
+        "element_use",
+        "closed_form_condition",
+        "focal_cofactor",
+        "focal_sum",
+        "error_budget",
+    ),
 }
 
 LEDGER_TABLES = ("stage_run", "run_input", "run_seal", "selection", "run_event")

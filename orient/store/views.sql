@@ -413,3 +413,62 @@ SELECT v.version, v.is_current, e.point, e.role, e.quantity, e.source, e.sigma_m
        e.total_sigma_m
 FROM (SELECT * FROM median UNION ALL SELECT * FROM answer) AS e JOIN v_version AS v ON v.run_id = e.run_id
 ORDER BY e.run_id, e.point, instr('XYa', e.quantity), e.share_percent DESC;
+
+-- v_ground_pair: covariance between two ground points through their common orientation (after `covariance --pairs`)
+--   version: version of covariance
+--   is_current: 1 for the current version
+--   point_i: first point
+--   point_j: second point
+--   K_XX_m2: covariance of X of the first and X of the second point
+--   K_XY_m2: covariance of X and Y
+--   K_YX_m2: covariance of Y and X
+--   K_YY_m2: covariance of Y and Y
+--   correlation_X: of both X, all parts of the points counted
+--   correlation_Y: of both Y, all parts of the points counted
+--   K_xx_mm2: the same in the scale of the image, B_i K B_j'
+--   K_xy_mm2: covariance of x of the first and y of the second point
+--   K_yx_mm2: covariance of y and x
+--   K_yy_mm2: covariance of y and y
+CREATE VIEW v_ground_pair AS
+SELECT v.version, v.is_current, p.point_i, p.point_j, p."K_XX_m2", p."K_XY_m2", p."K_YX_m2", p."K_YY_m2",
+       p."K_XX_m2" / nullif(gi."sigma_X_m" * gj."sigma_X_m", 0.0) AS "correlation_X",
+       p."K_YY_m2" / nullif(gi."sigma_Y_m" * gj."sigma_Y_m", 0.0) AS "correlation_Y",
+       (i."dx_dX_mm_m" * p."K_XX_m2" + i."dx_dY_mm_m" * p."K_YX_m2") * j."dx_dX_mm_m"
+       + (i."dx_dX_mm_m" * p."K_XY_m2" + i."dx_dY_mm_m" * p."K_YY_m2") * j."dx_dY_mm_m" AS "K_xx_mm2",
+       (i."dx_dX_mm_m" * p."K_XX_m2" + i."dx_dY_mm_m" * p."K_YX_m2") * j."dy_dX_mm_m"
+       + (i."dx_dX_mm_m" * p."K_XY_m2" + i."dx_dY_mm_m" * p."K_YY_m2") * j."dy_dY_mm_m" AS "K_xy_mm2",
+       (i."dy_dX_mm_m" * p."K_XX_m2" + i."dy_dY_mm_m" * p."K_YX_m2") * j."dx_dX_mm_m"
+       + (i."dy_dX_mm_m" * p."K_XY_m2" + i."dy_dY_mm_m" * p."K_YY_m2") * j."dx_dY_mm_m" AS "K_yx_mm2",
+       (i."dy_dX_mm_m" * p."K_XX_m2" + i."dy_dY_mm_m" * p."K_YX_m2") * j."dy_dX_mm_m"
+       + (i."dy_dX_mm_m" * p."K_XY_m2" + i."dy_dY_mm_m" * p."K_YY_m2") * j."dy_dY_mm_m" AS "K_yy_mm2"
+FROM ground_covariance_pair AS p
+JOIN v_version AS v ON v.run_id = p.run_id
+JOIN ground_covariance AS gi ON gi.run_id = p.run_id AND gi.point = p.point_i
+JOIN ground_covariance AS gj ON gj.run_id = p.run_id AND gj.point = p.point_j
+JOIN ground_covariance_image AS i ON i.run_id = p.run_id AND i.point = p.point_i
+JOIN ground_covariance_image AS j ON j.run_id = p.run_id AND j.point = p.point_j
+ORDER BY p.run_id, p.point_i, p.point_j;
+
+-- v_ground_map: how sure a new ground point is over the frame, on the ground and in the scale of the image
+--   version: version of covariance
+--   is_current: 1 for the current version
+--   x_mm: place in the frame
+--   y_mm: place in the frame
+--   X_m: ray at the mean height of the points, grid north; NULL where the place sees no ground
+--   Y_m: grid east
+--   sigma_m: sqrt((sigma_X^2 + sigma_Y^2)/2), all parts
+--   orientation_m: the same of the part of the orientation
+--   sigma_X_m: standard deviation, all parts
+--   sigma_Y_m: standard deviation, all parts
+--   ellipse_a_m: semi-major axis of the standard error ellipse
+--   ellipse_b_m: semi-minor axis
+--   ellipse_azimuth_deg: direction of the semi-major axis from X towards Y
+--   sigma_x_mm: standard deviation in the scale of the image, all parts
+--   sigma_y_mm: standard deviation in the scale of the image, all parts
+CREATE VIEW v_ground_map AS
+SELECT v.version, v.is_current, a.x_mm, a.y_mm, a."X_m", a."Y_m",
+       sqrt((a."sigma_X_m" * a."sigma_X_m" + a."sigma_Y_m" * a."sigma_Y_m") / 2.0) AS sigma_m,
+       sqrt((a."K_XX_m2" + a."K_YY_m2") / 2.0) AS orientation_m, a."sigma_X_m", a."sigma_Y_m",
+       a.ellipse_a_m, a.ellipse_b_m, a.ellipse_azimuth_deg, a.sigma_x_mm, a.sigma_y_mm
+FROM ground_accuracy AS a JOIN v_version AS v ON v.run_id = a.run_id
+ORDER BY a.run_id, a.line, a.place;

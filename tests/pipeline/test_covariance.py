@@ -1,6 +1,7 @@
 """Stage `covariance` on the simulated space photo: against the truth, and against differences."""
 
 from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from orient.pipeline.frames import frame_of
 from orient.pipeline.ground import ground_of
 from orient.solvers.ground_covariance import ray_at_height
 from orient.solvers.packed import unpack_upper
+from orient.store.project import open_project
 from orient.values import Row, Tables
 from tests.jacobian import central_difference
 from tests.pipeline.made import Array, matrix_of, settings
@@ -85,6 +87,24 @@ def test_pairs_are_symmetric_and_agree_with_the_points(space_tables: Mapping[str
     assert_joint_covariance_is_possible(space_tables, pairs)
 
 
+def test_pairs_in_the_scale_of_the_image(space_file: Path) -> None:
+    """The view gives B_i K_ij B_j'."""
+    with open_project(space_file) as project:
+        _, pairs = project.query(
+            """SELECT point_i, point_j, K_XX_m2, K_XY_m2, K_YX_m2, K_YY_m2, K_xx_mm2, K_xy_mm2, K_yx_mm2, K_yy_mm2
+               FROM v_ground_pair WHERE is_current"""
+        )
+        _, scales = project.query(
+            "SELECT point, dx_dX_mm_m, dx_dY_mm_m, dy_dX_mm_m, dy_dY_mm_m FROM ground_covariance_image "
+            "WHERE run_id = (SELECT run_id FROM v_current WHERE stage = 'covariance')"
+        )
+    B = {row[0]: np.array(row[1:], dtype=float).reshape(2, 2) for row in scales}
+    assert len(pairs) == 36 * 35 // 2
+    for row in pairs:
+        on_ground, in_image = (np.array(row[k : k + 4], dtype=float).reshape(2, 2) for k in (2, 6))
+        np.testing.assert_allclose(B[row[0]] @ on_ground @ B[row[1]].T, in_image, rtol=1e-9, atol=1e-18)
+
+
 def assert_joint_covariance_is_possible(
     space_tables: Mapping[str, Tables], pairs: Mapping[tuple[object, object], list[object]]
 ) -> None:
@@ -118,5 +138,5 @@ def test_the_ellipse_holds_the_sigmas(space_tables: Mapping[str, Tables]) -> Non
 def test_without_pairs_there_is_no_table_of_pairs(space_tables: Mapping[str, Tables]) -> None:
     inputs = {name: space_tables[name] for name in ("photo", "refine", "topocentric", "resection")}
     outcome = covariance.compute(inputs, settings("covariance"))
-    assert set(outcome.tables) == {"ground_covariance"}
+    assert set(space_tables["covariance"]) - set(outcome.tables) == {"ground_covariance_pair"}
     assert outcome.tables["ground_covariance"] == space_tables["covariance"]["ground_covariance"]

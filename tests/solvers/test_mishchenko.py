@@ -227,6 +227,20 @@ def test_element_matrices_sum_to_the_covariance(layout: str, axis_j: int, axis_k
     np.testing.assert_allclose(found.whole, diagonal_matrices, rtol=1e-13, atol=1e-15)
 
 
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_element_sums_are_those_of_the_matrices(layout: str) -> None:
+    """All points and both axes at once: the same sums and the same largest element."""
+    g, points = 2.2**2, np.array([[0.5, 0.25], [-0.7, 0.9], [1.0, -1.0]])
+    parts = mishchenko.decomposition(LAYOUTS[layout], g)
+    focal_sum, focal_largest, layout_sum = mishchenko.element_sums(points, parts, g)
+    for i, point in enumerate(points):
+        for axis in (0, 1):
+            one = mishchenko.element_matrices((point, axis), (point, axis), parts, g)
+            assert focal_largest[i, axis] == pytest.approx(np.max(np.abs(one.focal)), rel=1e-12)
+            assert layout_sum[i, axis] == pytest.approx(np.sum(one.layout), rel=1e-12)
+            assert abs(focal_sum[i, axis]) <= 1e-13 * focal_largest[i, axis]
+
+
 def test_printed_matrix_18() -> None:
     """(18) with its lost sixth column: four elements of the (X, X) matrix of a symmetric layout, all others zero."""
     g, n = 2.2**2, len(GRID)

@@ -1,0 +1,83 @@
+"""Rows of `ground_accuracy`: a grid over the frame, how sure a new ground point would be at each place of it."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from orient.geometry.collinearity import image_ray
+from orient.geometry.vertical_photo import grid_layout
+from orient.intake.camera import frame_centre
+from orient.pipeline.frames import Frame
+from orient.pipeline.oriented import Oriented
+from orient.pipeline.plan_covariance import ground_columns, horizon, image_columns, plan_covariance
+from orient.pipeline.tables import Array, required
+from orient.solvers.ground_covariance import ray_at_height, ray_at_height_jacobians
+from orient.store.format import current_format
+from orient.values import Row
+
+TABLE = "ground_accuracy"
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def frame_places(photo: Row, side: int) -> Array:
+    """(side^2, 2) [mm] places over the frame, line by line from its top left corner, about the principal point.
+
+    The lens distortion of the edge is left out.
+    """
+    grid = grid_layout(required(photo, "frame_width_mm"), required(photo, "frame_height_mm"), side, side)
+    principal_point = np.array([required(photo, "x0_mm"), required(photo, "y0_mm")])
+    return np.asarray(grid + np.array(frame_centre(photo)) - principal_point)
+
+
+def map_rows(
+    places: Array,
+    comparator: Array,
+    oriented: Oriented,
+    frame: Frame,
+    height: float,
+    reading: Array,
+    height_sigma: float,
+) -> list[Row]:
+    """One row for each of `places` (side^2, 2) [mm]; ground columns are None where the ray meets no ground.
+
+    `comparator` (side^2, 2) [mm]: the places before the interior orientation, whose errors all of them share.
+    `height` [m] of the ground above the ellipsoid, or Z of local ground; `reading` (2, 2) [mm^2] covariance of a new
+    image point; `height_sigma` [m] of the height on which a new point is found.
+    """
+    points, up = _seen_ground(places, oriented, frame, height)
+    jacobians = ray_at_height_jacobians(points, oriented.station, oriented.rotation, oriented.f_mm, up)
+    jacobians = replace(jacobians, C=oriented.rays.jacobian(jacobians.C, jacobians.J, comparator))
+    met = np.flatnonzero(jacobians.determined)
+    plan = plan_covariance(
+        jacobians.at(met.tolist()),
+        horizon(frame, up[met]),
+        oriented.ray_covariance,
+        np.tile(reading, (len(met), 1, 1)),
+        np.full(len(met), height_sigma**2),
+    )
+    stored = frame.right_handed(points[met])
+    found = {
+        int(i): {**dict(zip(("X_m", "Y_m", "Z_m"), place.tolist(), strict=True)), **on_ground, **in_image}
+        for i, place, on_ground, in_image in zip(met, stored, ground_columns(plan), image_columns(plan), strict=True)
+    }
+    side, unseen = round(len(places) ** 0.5), dict.fromkeys(_columns())
+    return [
+        {**unseen, "line": i // side + 1, "place": i % side + 1, "x_mm": float(x), "y_mm": float(y), **found.get(i, {})}
+        for i, (x, y) in enumerate(places)
+    ]
+
+
+def _seen_ground(places: Array, oriented: Oriented, frame: Frame, height: float) -> tuple[Array, Array]:
+    """Points (m, 3) at the height, and their verticals (m, 3), in the right-handed frame; NaN for the sky."""
+    if frame.is_local:
+        up = np.tile(UP, (len(places), 1))
+        levels = height * up
+        return ray_at_height(places, oriented.station, oriented.rotation, oriented.f_mm, levels, up), up
+    rays = image_ray(places, oriented.rotation, oriented.f_mm)
+    geographic = frame.meet(oriented.station, rays, height)
+    up_in_frame = frame.from_horizon(*geographic[:, :2].T)[:, :, 2]
+    return frame.right_handed(frame.from_geographic(*geographic.T)), frame.right_handed(up_in_frame)
+
+
+def _columns() -> list[str]:
+    return [name for name in current_format().tables[TABLE].names if name != "run_id"]

@@ -1,0 +1,55 @@
+"""The stored orientation of the photo, back in the solver's right-handed frame."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from orient.geometry.rotation import matrix_from_quaternion
+from orient.pipeline.frames import Frame
+from orient.pipeline.ground_budget import RayUnknowns, ray_unknowns_of
+from orient.pipeline.tables import Array, columns, required, single
+from orient.solvers.packed import unpack_upper
+from orient.values import Tables
+
+ELEMENTS = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Oriented:
+    """The orientation in the solver's right-handed frame, with the covariance of its elements.
+
+    `rays`: cofactors of all that an image ray depends on, the interior orientation too. `variance_scale` [mm^2]:
+    variance of unit weight by which all cofactors are multiplied; `scale`: the same in units of the one a priori.
+    """
+
+    station: Array
+    rotation: Array
+    f_mm: float
+    covariance: Array
+    scale: float
+    variance_scale: float
+    rays: RayUnknowns
+
+    @property
+    def ray_covariance(self) -> Array:
+        """(6+k, 6+k) of the elements and the k parameters of the interior orientation."""
+        return self.variance_scale * self.rays.cofactor
+
+
+def oriented_by(refine: Tables, resection: Tables, frame: Frame) -> Oriented:
+    """The orientation that the stage `resection` stored; elements r (right-handed ground axes), X_S, Y_S, Z_S."""
+    row = single(resection, "orientation")
+    packed = [required(entry, "value") for entry in resection["cofactor"] if entry["unknowns"] == "rotation"]
+    to_right_handed = np.eye(ELEMENTS)
+    to_right_handed[3:, 3:] = frame.partner
+    scale = required(row, "variance_scale")
+    Q = to_right_handed @ unpack_upper(np.array(packed)) @ to_right_handed
+    return Oriented(
+        station=frame.right_handed(columns([row], "X_S_m", "Y_S_m", "Z_S_m")[0]),
+        rotation=matrix_from_quaternion(columns([row], "q_w", "q_x", "q_y", "q_z")[0]),
+        f_mm=required(row, "f_mm"),
+        covariance=scale * Q,
+        scale=scale / required(row, "sigma0_apriori_mm") ** 2,
+        variance_scale=scale,
+        rays=ray_unknowns_of(refine, resection, frame),
+    )

@@ -1,0 +1,108 @@
+"""Covariances of ground points in their own horizon and in the scale of the image, as columns of the project file."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from orient.pipeline.frames import Frame
+from orient.pipeline.tables import Array
+from orient.solvers.ground_covariance import RayJacobians, error_ellipse, ground_covariance
+from orient.units import DEGREES_PER_RADIAN
+
+ON_GROUND = ("XX", "XY", "YY")
+IN_IMAGE = ("xx", "xy", "yy")
+
+
+@dataclass(frozen=True, slots=True)
+class PlanCovariance:
+    """Three independent parts of the covariance on the ground (n, 2, 2) [m^2], axes X and Y of each point's horizon.
+
+    `scale` B = d(x, y)/d(X, Y) (n, 2, 2) [mm/m]: B K B' is a covariance in the scale of the image.
+    """
+
+    orientation: Array
+    reading: Array
+    height: Array
+    scale: Array
+
+    @property
+    def total(self) -> Array:
+        return self.orientation + self.reading + self.height
+
+    def in_image(self, covariance: Array) -> Array:
+        """B K B' (n, 2, 2) [mm^2]."""
+        return np.asarray(self.scale @ covariance @ self.scale.transpose(0, 2, 1))
+
+
+def plan_covariance(
+    jacobians: RayJacobians, axes: Array, elements: Array, reading: Array, height_variance: Array
+) -> PlanCovariance:
+    """E K E' of each part, B = (E J)^-1 with the horizon axes E (n, 2, 3); every ray must meet its height.
+
+    `elements` (6, 6) covariance of the orientation, `reading` (n, 2, 2) [mm^2], `height_variance` (n,) [m^2].
+    """
+    found = ground_covariance(jacobians, elements, reading, height_variance)
+    turned = axes.transpose(0, 2, 1)
+    orientation, by_reading, height = (
+        np.asarray(axes @ part @ turned) for part in (found.orientation, found.reading, found.height)
+    )
+    return PlanCovariance(orientation, by_reading, height, np.asarray(np.linalg.inv(axes @ jacobians.J)))
+
+
+def horizon(frame: Frame, up: Array) -> Array:
+    """(n, 2, 3) unit vectors X (grid north) and Y (grid east) in the horizon of each point, right-handed frame."""
+    x_axis = frame.right_handed(np.array([1.0, 0.0, 0.0]))
+    level = x_axis - (up @ x_axis)[:, None] * up
+    first = level / np.linalg.norm(level, axis=1)[:, None]
+    second = np.cross(up, first) * np.linalg.det(frame.partner)
+    return np.stack([first, second], axis=1)
+
+
+def ground_columns(plan: PlanCovariance) -> list[dict[str, float | None]]:
+    """The three parts, the standard deviations and the ellipse on the ground, one row per point."""
+    total = plan.total
+    return [
+        {
+            **_part("K", ON_GROUND, "m2", plan.orientation[i]),
+            **_part("reading", ON_GROUND, "m2", plan.reading[i]),
+            **_part("height", ON_GROUND, "m2", plan.height[i]),
+            "sigma_X_m": float(np.sqrt(total[i, 0, 0])),
+            "sigma_Y_m": float(np.sqrt(total[i, 1, 1])),
+            **_ellipse(total[i], "m", "azimuth"),
+        }
+        for i in range(len(total))
+    ]
+
+
+def image_columns(plan: PlanCovariance) -> list[dict[str, float | None]]:
+    """The part of the orientation, the standard deviations and the ellipse in the scale of the image."""
+    K, total = plan.in_image(plan.orientation), plan.in_image(plan.total)
+    return [
+        {
+            **_part("K", IN_IMAGE, "mm2", K[i]),
+            "sigma_x_mm": float(np.sqrt(total[i, 0, 0])),
+            "sigma_y_mm": float(np.sqrt(total[i, 1, 1])),
+            **_ellipse(total[i], "mm", "direction"),
+        }
+        for i in range(len(total))
+    ]
+
+
+def scale_columns(plan: PlanCovariance) -> list[dict[str, float | None]]:
+    """B, element by element."""
+    names = ("dx_dX_mm_m", "dx_dY_mm_m", "dy_dX_mm_m", "dy_dY_mm_m")
+    return [dict(zip(names, B.ravel().tolist(), strict=True)) for B in plan.scale]
+
+
+def _part(name: str, axes: tuple[str, str, str], unit: str, covariance: Array) -> dict[str, float | None]:
+    values = (covariance[0, 0], covariance[0, 1], covariance[1, 1])
+    return {f"{name}_{pair}_{unit}": float(value) for pair, value in zip(axes, values, strict=True)}
+
+
+def _ellipse(covariance: Array, unit: str, angle: str) -> dict[str, float | None]:
+    ellipse = error_ellipse(covariance)
+    return {
+        f"ellipse_a_{unit}": ellipse.a,
+        f"ellipse_b_{unit}": ellipse.b,
+        f"ellipse_{angle}_deg": ellipse.azimuth * DEGREES_PER_RADIAN,
+    }

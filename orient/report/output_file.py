@@ -1,0 +1,78 @@
+"""Files that a command writes for the user: whole or not at all, never over something by accident."""
+
+import os
+import secrets
+import stat
+from pathlib import Path
+
+from orient.errors import OrientError, UsageError
+from orient.store.new_file import sync_folder
+
+SIDE_FILES = ("", "-journal", "-wal", "-shm")
+
+
+def output_path(text: str, project: Path, force: bool) -> Path:
+    """The absolute path of a file that may be written; links are not followed. `UsageError` says why it may not.
+
+    Call it before anything is computed. The project, its side files, folders and devices are refused even with force.
+    """
+    if not text or "\0" in text:
+        raise UsageError("the name of the output is empty or contains a zero byte", "Give the name of a file.")
+    target = Path(os.path.abspath(text))  # noqa: PTH100  (a link is replaced, never written through)
+    if not target.parent.is_dir():
+        raise UsageError(f"the folder {target.parent} does not exist", "Create it first.")
+    if _is_own_input(target, project):
+        raise UsageError(f"{text}: the output would overwrite its own input", "Give another name.")
+    if not os.path.lexists(target):
+        return target
+    mode = target.lstat().st_mode
+    if not (stat.S_ISREG(mode) or stat.S_ISLNK(mode)):
+        raise UsageError(f"{text} is not a file", "Give the name of a file.")
+    if not force:
+        raise UsageError(f"{text} exists", "Use --force, or give another name.")
+    return target
+
+
+def write_output(target: Path, content: bytes, project: Path, force: bool) -> None:
+    """Write `content` beside `target`, then give it its name; it is no more readable than the project."""
+    temporary = target.with_name(f".{secrets.token_hex(8)}.new")
+    mode = stat.S_IMODE(project.stat().st_mode) & 0o666
+    try:
+        descriptor = os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, mode)
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        _give_name(temporary, target, force)
+    except FileExistsError:
+        raise UsageError(f"{target} exists", "Use --force, or give another name.") from None
+    except OSError as error:
+        hint = "Nothing was written; choose another folder."
+        raise OrientError(f"{target} cannot be written: {error.strerror}", hint) from None
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _is_own_input(target: Path, project: Path) -> bool:
+    own = Path(os.path.abspath(project))  # noqa: PTH100
+    names = {own.with_name(own.name + side) for side in SIDE_FILES}
+    real = own.resolve()
+    names |= {real.with_name(real.name + side) for side in SIDE_FILES}
+    if target in names or target.resolve() in names:
+        return True
+    return target.exists() and project.exists() and target.samefile(project)
+
+
+def _give_name(temporary: Path, target: Path, force: bool) -> None:
+    """With force the name is replaced in one step; without it, it is taken only if nobody has it."""
+    if force:
+        temporary.replace(target)
+    else:
+        try:
+            os.link(temporary, target)
+        except FileExistsError:
+            raise
+        except OSError:  # no hard links here: reserve the name, then replace the reservation
+            os.close(os.open(target, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
+            temporary.replace(target)
+    sync_folder(target.parent)
