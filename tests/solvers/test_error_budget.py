@@ -92,6 +92,11 @@ def relative(Q: FloatArray, of: FloatArray) -> FloatArray:
     return np.asarray(Q / np.outer(sigma, sigma))
 
 
+def assert_same(found: FloatArray, expected: FloatArray, limit: float) -> None:
+    """In units of the sigmas: the elements have rad and m."""
+    np.testing.assert_allclose(relative(found, expected), relative(expected, expected), rtol=0, atol=limit)
+
+
 # ------------------------------------------------------------------------------------------------ the film
 
 
@@ -109,7 +114,7 @@ def test_film_as_unknown_is_the_full_covariance_of_the_readings() -> None:
     H = scene.by_image.reshape(2 * n, 6)
     full = SIGMA_MM**2 * np.eye(2 * n) + H @ scene.film @ H.T + B @ scene.sheets.full_covariance @ B.T
     normal = A.T @ np.linalg.solve(full, A)
-    np.testing.assert_allclose(relative(SIGMA_MM**2 * found.Q, np.linalg.inv(normal)), relative(*[np.linalg.inv(normal)] * 2), atol=1e-7)  # fmt: skip
+    assert_same(SIGMA_MM**2 * found.Q, np.linalg.inv(normal), 1e-7)
     misclosure = found.computed + scene.by_image @ found.common[:6] - image
     free = misclosure.ravel() - B @ (found.ground - ground).ravel()
     step = np.linalg.solve(normal, A.T @ np.linalg.solve(full, free))
@@ -126,7 +131,7 @@ def test_the_film_takes_part_in_everything_that_is_told() -> None:
     own = found.ground - ground - scene.sheets.partials @ found.common[6:]
     _, weight = free_and_weight(scene.sheets.reading)
     of_c = found.common @ np.linalg.solve(scene.common.cofactor, found.common)
-    vPv = np.sum((found.residuals / 1.0) ** 2) + np.einsum("ni,nij,nj", own, weight, own) + of_c
+    vPv = np.sum(found.residuals**2) + np.einsum("ni,nij,nj", own, weight, own) + of_c
     assert found.vPv == pytest.approx(vPv, rel=1e-9)
     known = replace(scene, film=1e-20 * scene.film)
     without = known.resect(image, ground)
@@ -181,7 +186,8 @@ def test_sensitivities_are_what_a_changed_observation_does(kind: str, at: tuple[
     expected = expected[:, at[0]] if kind == "common" else expected[at[0], :, at[1]]
     difference = (changed(scene, kind, at, step) - changed(scene, kind, at, -step)) / (2 * step)
     sigma = np.sqrt(np.diag(found.joint_cofactors))
-    np.testing.assert_allclose(difference / sigma, expected / sigma, rtol=0, atol=2e-6 * np.max(np.abs(expected / sigma)))  # fmt: skip
+    limit = 2e-6 * float(np.max(np.abs(expected / sigma)))
+    np.testing.assert_allclose(difference / sigma, expected / sigma, rtol=0, atol=limit)
 
 
 # ------------------------------------------------------------------------------------------------- the parts
@@ -192,7 +198,7 @@ def test_the_parts_of_all_sources_sum_to_the_covariance() -> None:
     found = scene.resect(*scene.simulated(random))
     parts = error_budget(sensitivities(found), sources_of(scene))
     assert set(parts) == {"readings", "digitiser", "heights", "film", "map"}
-    np.testing.assert_allclose(relative(sum(parts.values()), found.joint_cofactors), relative(*[found.joint_cofactors] * 2), atol=1e-12)  # fmt: skip
+    assert_same(sum(parts.values(), np.zeros_like(found.joint_cofactors)), found.joint_cofactors, 1e-12)
     for part in parts.values():
         assert np.all(np.linalg.eigvalsh(relative(part, found.joint_cofactors)) > -1e-12)
         assert np.diag(part)[:6].min() > 0
@@ -203,7 +209,7 @@ def test_errorless_control_leaves_the_readings_alone() -> None:
     sheets = sheet_scene(random, 8)
     found = resect(sheets.scene.noisy(SIGMA_MM, random), sheets.scene.unit, sheets.scene.ground, sheets.scene.f_mm)
     parts = error_budget(sensitivities(found), Sources(image={"readings": sheets.scene.unit}))
-    np.testing.assert_allclose(relative(parts["readings"], found.Q), relative(found.Q, found.Q), atol=1e-12)
+    assert_same(parts["readings"], found.Q, 1e-12)
 
 
 def test_a_source_that_is_twice_as_large_has_four_times_its_part() -> None:
