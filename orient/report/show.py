@@ -7,6 +7,7 @@ from pathlib import Path
 
 from orient.errors import UsageError
 from orient.pipeline.registry import ALL_STAGES, BY_NAME
+from orient.report.budget import budget_lines, budget_tables
 from orient.report.covariance import covariance_lines, covariance_tables
 from orient.report.findings import findings, print_findings
 from orient.report.orientation import Shown, iteration_table, orientation_lines, orientation_tables
@@ -35,12 +36,12 @@ def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bo
     print_findings(findings(run.stage, events))
     if stage == "resection":
         _print_resection(tables)
-    for text in covariance_lines(tables) if stage == "covariance" else ():
+    for text in [*budget_lines(tables), *covariance_lines(tables)] if stage == "covariance" else ():
         console().print(text, soft_wrap=True)
     for section in SECTIONS.get(stage, ()):
         _print_section(section, tables.get(section.source, ()))
     if stage == "covariance":
-        _print_tables(covariance_tables(tables, SHOWN_ROWS))
+        _print_tables([*budget_tables(tables), *covariance_tables(tables, SHOWN_ROWS)])
     if stage == "photo":
         _print_record(tables["photo"][0])
     return run.status == "succeeded"
