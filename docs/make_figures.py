@@ -38,6 +38,8 @@ SETTINGS = {
     "axes.spines.top": False,
     "axes.spines.right": False,
 }
+PLOTS = {"accuracy": "apollo15-metric-0585", "budget": "simulated-space-krasovsky"}
+"""Plots of the program itself, and the samples that they show."""
 MICROMETRES = 1000.0
 KM = 1000.0
 
@@ -51,9 +53,10 @@ def main(arguments: list[str]) -> int:
     for name, (sample, draw_result) in RESULTS.items():
         with tempfile.TemporaryDirectory() as scratch, open_project(computed(sample, Path(scratch))) as project:
             save(draw_result(project), folder / f"{name}.png")
-    with tempfile.TemporaryDirectory() as scratch:
-        picture = make_plot(computed(RESULTS["apollo15"][0], Path(scratch)), "accuracy", "png")
-    (folder / "accuracy.png").write_bytes(picture)
+    for plot, sample in PLOTS.items():
+        with tempfile.TemporaryDirectory() as scratch:
+            picture = make_plot(computed(sample, Path(scratch)), plot, "png")
+        (folder / f"{plot}.png").write_bytes(picture)
     return 0
 
 

@@ -412,6 +412,22 @@ class InteriorParameter(Base):
     sigma: Mapped[float | None] = real("standard deviation")
 
 
+class InteriorCovariance(Base):
+    """Covariance matrix of the parameters of the interior orientation, packed upper triangle by index IJ.
+
+    Variance of a mark (the larger of sigma0^2 of the fit and the variance of its mean reading) times the cofactors.
+    """
+
+    __tablename__ = "interior_covariance"
+    run_id: Mapped[int] = run_id()
+    IJ: Mapped[int] = whole("(i-1)(2u-i)/2 + j, i <= j, from 1 (seed 000, equation (10))", primary_key=True)
+    i: Mapped[int] = whole("row, from 1")
+    j: Mapped[int] = whole("column, from 1")
+    unknown_i: Mapped[str] = text("name of the parameter of the row")
+    unknown_j: Mapped[str] = text("name of the parameter of the column")
+    value: Mapped[float] = real("covariance, in the units of the parameters")
+
+
 class FiducialResidual(Base):
     """Residuals at the fiducial marks."""
 
@@ -690,12 +706,13 @@ class Cofactor(Base):
     """Cofactor matrix Q of the six elements, packed upper triangle with the papers' index IJ.
 
     Covariance = variance_scale x Q. `aok`: alpha, omega, kappa, X_S, Y_S, Z_S; `rotation`: small rotation about the
-    right-handed ground axes (east, north, up), then X_S, Y_S, Z_S. Units rad and m.
+    right-handed ground axes (east, north, up), then X_S, Y_S, Z_S. Units rad and m. `ray`: those of `rotation` and the
+    parameters of the interior orientation, where they were unknowns: all that a new image ray depends on.
     """
 
     __tablename__ = "cofactor"
     run_id: Mapped[int] = run_id()
-    unknowns: Mapped[str] = text("aok | rotation", primary_key=True)
+    unknowns: Mapped[str] = text("aok | rotation | ray", primary_key=True)
     IJ: Mapped[int] = whole("(i-1)(2u-i)/2 + j, i <= j, from 1 (seed 000, equation (10))", primary_key=True)
     i: Mapped[int] = whole("row, from 1")
     j: Mapped[int] = whole("column, from 1")
@@ -725,12 +742,14 @@ class IterationParameter(Base):
     __tablename__ = "iteration_parameter"
     run_id: Mapped[int] = run_id()
     iteration: Mapped[int] = whole("iteration", primary_key=True)
-    point: Mapped[str] = text("empty for the six elements, else the point or the sheet", primary_key=True)
+    point: Mapped[str] = text(
+        "empty for the six elements, else the point, the sheet or interior orientation", primary_key=True
+    )
     unknown: Mapped[str] = text(
-        "alpha omega kappa X_S Y_S Z_S; X Y Z of the point; B_1_0 ... of the sheet (as sheet_coefficient)",
+        "alpha omega kappa X_S Y_S Z_S; X Y Z of the point; B_1_0 ... of the sheet (as sheet_coefficient); a0 ...",
         primary_key=True,
     )
-    unit: Mapped[str] = text("rad | m | deg")
+    unit: Mapped[str] = text("rad | m | deg | mm | 1 | 1/mm")
     approximation: Mapped[float] = real("value before the iteration")
     correction: Mapped[float] = real("what the iteration added")
 
@@ -811,6 +830,41 @@ class AdjustedCoefficient(Base):
     correction: Mapped[float] = real("adjusted minus fitted to the crosses")
     q: Mapped[float] = real("cofactor, unit^2/mm^2: variance = variance_scale x q")
     variance_ratio: Mapped[float] = real("cofactor after the adjustment to that before; 1 = the photo adds nothing")
+
+
+class AdjustedInterior(Base):
+    """Parameters of the interior orientation that were common unknowns of all image points (setting `interior`).
+
+    The covariance of their fit to the fiducial marks (`refine`) is their weight a priori.
+    """
+
+    __tablename__ = "adjusted_interior"
+    run_id: Mapped[int] = run_id()
+    name: Mapped[str] = text("a0 a1 a2 b0 b1 b2 (c1 c2), as interior_parameter", primary_key=True)
+    value: Mapped[float] = real("adjusted parameter")
+    correction: Mapped[float] = real("adjusted minus fitted to the fiducial marks")
+    q: Mapped[float] = real("cofactor, unit^2/mm^2: variance = variance_scale x q")
+    variance_ratio: Mapped[float] = real("cofactor after the adjustment to that before; 1 = the control adds nothing")
+
+
+class SourceCofactor(Base):
+    """The part of each source of errors in the cofactors of everything a ray depends on, by index IJ.
+
+    The parts sum to `cofactor` (unknowns `ray`, or `rotation` where the interior orientation is taken as known).
+    """
+
+    __tablename__ = "source_cofactor"
+    run_id: Mapped[int] = run_id()
+    source: Mapped[str] = text(
+        "image readings | interior orientation | digitiser | map graticule | heights | survey | camera",
+        primary_key=True,
+    )
+    IJ: Mapped[int] = whole("(i-1)(2u-i)/2 + j, i <= j, from 1 (seed 000, equation (10))", primary_key=True)
+    i: Mapped[int] = whole("row, from 1")
+    j: Mapped[int] = whole("column, from 1")
+    unknown_i: Mapped[str] = text("name of the unknown of the row")
+    unknown_j: Mapped[str] = text("name of the unknown of the column")
+    value: Mapped[float] = real("cofactor; covariance = variance_scale x value")
 
 
 # ---------------------------------------------------------------------------------------------- covariance
@@ -1190,6 +1244,24 @@ class FocalSum(Base):
     focal_largest: Mapped[float] = real("largest absolute element of K^(f,c)")
     layout_sum: Mapped[float] = real("sum of the elements of K^(xi,eta): K by the seed")
     rigorous: Mapped[float] = real("K of the resection in the same unit")
+
+
+class ErrorBudget(Base):
+    """The part of each source of errors in the covariance of the plan position of a ground point.
+
+    `photo`: through what all points of the photo share, the orientation and the interior orientation; `point`: own
+    reading and height of the point. The parts sum to the covariance that ground_covariance holds. Its axes.
+    """
+
+    __tablename__ = "error_budget"
+    __table_args__ = (one_of("part", "photo", "point"),)
+    run_id: Mapped[int] = run_id()
+    point: Mapped[str] = text("point", primary_key=True)
+    source: Mapped[str] = text("image readings | heights | ..., as in source_cofactor", primary_key=True)
+    part: Mapped[str] = text("photo | point", primary_key=True)
+    cov_XX_m2: Mapped[float] = real("part of the covariance")
+    cov_XY_m2: Mapped[float] = real("part of the covariance")
+    cov_YY_m2: Mapped[float] = real("part of the covariance")
 
 
 # ---------------------------------------------------------------------------------------------- absolute

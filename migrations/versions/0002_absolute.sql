@@ -200,6 +200,22 @@ CREATE TABLE absolute_small_angle (
 )
  STRICT;
 
+CREATE TABLE adjusted_interior (
+	run_id INTEGER NOT NULL, 
+	name TEXT NOT NULL, 
+	value REAL NOT NULL, 
+	correction REAL NOT NULL, 
+	q REAL NOT NULL, 
+	variance_ratio REAL NOT NULL, 
+	CONSTRAINT pk_adjusted_interior PRIMARY KEY (run_id, name), 
+	CONSTRAINT fk_adjusted_interior_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_adjusted_interior_value_finite CHECK (value BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_adjusted_interior_correction_finite CHECK (correction BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_adjusted_interior_q_finite CHECK (q BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_adjusted_interior_variance_ratio_finite CHECK (variance_ratio BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
 CREATE TABLE adjustment_test (
 	run_id INTEGER NOT NULL, 
 	part TEXT NOT NULL, 
@@ -259,6 +275,23 @@ CREATE TABLE element_use (
 	CONSTRAINT ck_element_use_factor_finite CHECK (factor BETWEEN -1e15 AND 1e15), 
 	CONSTRAINT ck_element_use_factor_least_finite CHECK (factor_least BETWEEN -1e15 AND 1e15), 
 	CONSTRAINT ck_element_use_factor_most_finite CHECK (factor_most BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
+CREATE TABLE error_budget (
+	run_id INTEGER NOT NULL, 
+	point TEXT NOT NULL, 
+	source TEXT NOT NULL, 
+	part TEXT NOT NULL, 
+	"cov_XX_m2" REAL NOT NULL, 
+	"cov_XY_m2" REAL NOT NULL, 
+	"cov_YY_m2" REAL NOT NULL, 
+	CONSTRAINT pk_error_budget PRIMARY KEY (run_id, point, source, part), 
+	CONSTRAINT ck_error_budget_part CHECK (part IN ('photo', 'point')), 
+	CONSTRAINT fk_error_budget_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT "ck_error_budget_cov_XX_m2_finite" CHECK (cov_XX_m2 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_error_budget_cov_XY_m2_finite" CHECK (cov_XY_m2 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_error_budget_cov_YY_m2_finite" CHECK (cov_YY_m2 BETWEEN -1e15 AND 1e15)
 )
  STRICT;
 
@@ -450,6 +483,20 @@ CREATE TABLE independent_solution (
 )
  STRICT;
 
+CREATE TABLE interior_covariance (
+	run_id INTEGER NOT NULL, 
+	"IJ" INTEGER NOT NULL, 
+	i INTEGER NOT NULL, 
+	j INTEGER NOT NULL, 
+	unknown_i TEXT NOT NULL, 
+	unknown_j TEXT NOT NULL, 
+	value REAL NOT NULL, 
+	CONSTRAINT pk_interior_covariance PRIMARY KEY (run_id, "IJ"), 
+	CONSTRAINT fk_interior_covariance_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_interior_covariance_value_finite CHECK (value BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
 CREATE TABLE model_ground_point (
 	run_id INTEGER NOT NULL, 
 	zone TEXT NOT NULL, 
@@ -586,6 +633,21 @@ CREATE TABLE simulated_spread (
 	CONSTRAINT ck_simulated_spread_simulated_finite CHECK (simulated BETWEEN -1e15 AND 1e15), 
 	CONSTRAINT ck_simulated_spread_ratio_finite CHECK (ratio BETWEEN -1e15 AND 1e15), 
 	CONSTRAINT ck_simulated_spread_allowed_finite CHECK (allowed BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
+CREATE TABLE source_cofactor (
+	run_id INTEGER NOT NULL, 
+	source TEXT NOT NULL, 
+	"IJ" INTEGER NOT NULL, 
+	i INTEGER NOT NULL, 
+	j INTEGER NOT NULL, 
+	unknown_i TEXT NOT NULL, 
+	unknown_j TEXT NOT NULL, 
+	value REAL NOT NULL, 
+	CONSTRAINT pk_source_cofactor PRIMARY KEY (run_id, source, "IJ"), 
+	CONSTRAINT fk_source_cofactor_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_source_cofactor_value_finite CHECK (value BETWEEN -1e15 AND 1e15)
 )
  STRICT;
 

@@ -17,14 +17,14 @@ def register(app: typer.Typer) -> None:
 def plot(
     project: ProjectPath,
     kind: Annotated[
-        str, typer.Argument(metavar="accuracy|ellipses|residuals", callback=valid_text, help="What is drawn.")
+        str, typer.Argument(metavar="accuracy|budget|ellipses|residuals", callback=valid_text, help="What is drawn.")
     ],
     output: Annotated[
         str, typer.Option("--output", "-o", metavar="FILE.svg|FILE.png|-", help="The picture; - is SVG to the output.")
     ],
     force: Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")] = False,
 ) -> None:
-    """Draw the ground accuracy over the frame, the error ellipses, or the residuals. Needs orient[plot]."""
+    """Draw the ground accuracy over the frame, the error budget, the ellipses, or the residuals. Needs orient[plot]."""
     import sys
 
     from orient.errors import UsageError

@@ -118,6 +118,10 @@ Correlation = Annotated[
     str | None,
     _choice("--correlation", ("sheet", "point"), "Errors of a map sheet: common to its points, or each point apart."),
 ]
+Interior = Annotated[
+    str | None,
+    _choice("--interior", ("weighted", "fixed"), "Interior orientation: as sure as its fiducial marks, or known."),
+]
 Test = Annotated[
     str | None,
     _choice(
@@ -198,6 +202,7 @@ def resection(
     again: Again = False,
     control: Control = None,
     correlation: Correlation = None,
+    interior: Interior = None,
     variance: Variance = None,
     engine: Engine = None,
     test: Test = None,
@@ -212,6 +217,7 @@ def resection(
     given = _given(
         control=control,
         correlation=correlation,
+        interior=interior,
         variance=variance,
         engine=engine,
         test=test,

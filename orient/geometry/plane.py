@@ -62,6 +62,20 @@ def partials(name: str, parameters: ArrayLike, XY: ArrayLike) -> Array:
     return result
 
 
+def invert(name: str, parameters: ArrayLike, xy: ArrayLike) -> Array:
+    """XY (n, 2) mm whose image under the named transformation is xy (n, 2) mm.
+
+    (a1 - x c1) X + (a2 - x c2) Y = x - a0, likewise y; c = 0 but for `projective`. A transformation that maps the plane
+    onto a line has no inverse (LinAlgError).
+    """
+    p = np.asarray(parameters, dtype=np.float64)
+    target = np.asarray(xy, dtype=np.float64)
+    coefficients, _ = numerator_coefficients(name, p, np.zeros((1, 2)))
+    c = p[6:8] if name == "projective" else np.zeros(2)
+    system = coefficients[:, 1:] - target[:, :, None] * c
+    return np.asarray(np.linalg.solve(system, (target - coefficients[:, 0])[:, :, None])[:, :, 0])
+
+
 def homogeneous(XY: ArrayLike) -> Array:
     """Rows (1, X, Y): (n, 3)."""
     points = np.asarray(XY, dtype=np.float64)

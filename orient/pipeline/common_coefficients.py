@@ -5,7 +5,7 @@ point alone is the error of its own reading and height. Source: seed 004, (1) an
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,23 +45,45 @@ class CommonCoefficients:
     """All coefficients that the points share, in T'.
 
     `partials` (n, 3, k) [m per unit], zero for points of no sheet or another one; `covariance` (k, k) of the fit to the
-    crosses; `own` (n, 3, 3) [m^2]: covariance of each point without the part of its sheet, NaN = taken as known.
+    crosses; `own` (n, 3, 3) [m^2]: covariance of each point without the part of its sheet, NaN = taken as known;
+    `digitiser_share` (k,): of the variance of each coefficient, as `SheetErrors` has it.
     """
 
     coefficients: Sequence[Coefficient]
     partials: Array
     covariance: Array
     own: Array
+    digitiser_share: Array
 
     def at(self, keep: Sequence[int]) -> "CommonCoefficients":
         """The same for some of the points; the coefficients stay."""
-        return CommonCoefficients(self.coefficients, self.partials[keep], self.covariance, self.own[keep])
+        return replace(self, partials=self.partials[keep], own=self.own[keep])
 
     def in_solver(self, frame: Frame, sigma0: float) -> CommonUnknowns:
         """The same for the solver: right-handed, cofactors instead of covariances."""
         partials: Array = frame.partner @ self.partials
         names = [f"{c.name} of sheet {c.sheet}" for c in self.coefficients]
         return CommonUnknowns(partials, self.covariance / sigma0**2, names)
+
+
+@dataclass(frozen=True, slots=True)
+class SheetErrors:
+    """Errors of the points of one sheet: `at` their places in the list, `axes` (m, 3, 3) of the sheet in T'.
+
+    `reading`, `heights` (m, 3, 3) [m^2] in T'. `share` (2,), north and east: which part of sigma0^2 of the crosses the
+    variance of one digitiser reading explains, at most 1.
+    """
+
+    at: Sequence[int]
+    axes: Array
+    reading: Array
+    heights: Array
+    share: Array
+
+    def digitiser_share(self, covariance: Array) -> Array:
+        """(m, 3, 3) in T': the digitiser's part of a covariance that the coefficients of the sheet cause."""
+        turn = self.axes @ np.diag([*np.sqrt(self.share), 0.0]) @ self.axes.transpose(0, 2, 1)
+        return np.asarray(turn @ covariance @ turn)
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +96,10 @@ class _Sheet:
     at: Sequence[int]
     digitized: Sequence[Row]
 
+    @property
+    def has_covariance(self) -> bool:
+        return self.coefficients[0]["sigma"] is not None
+
 
 def common_coefficients(
     points: Sequence[Row], digitize: Tables, frame: Frame, ground: Ground
@@ -82,35 +108,60 @@ def common_coefficients(
 
     A sheet without redundancy says nothing about the errors of its coefficients: they are taken as known.
     """
-    sheets = _sheets(points, digitize)
+    sheets = [sheet for sheet in _sheets(points, digitize) if sheet.has_covariance]
     if not sheets:
         return None
     own = covariances(points)
     spans, blocks, listed = [], [], []
+    shares: list[float] = []
     for sheet in sheets:
         axes = _axes(points, sheet, frame)
-        own[sheet.at] = axes @ _reading(sheet) @ axes.transpose(0, 2, 1)
+        own[sheet.at] = axes @ (_reading(sheet) + _heights(sheet)) @ axes.transpose(0, 2, 1)
         spans.append((sheet.at, axes[:, :, :2] @ _by_coefficient(sheet, ground)))
         listed += [_coefficient(row) for row in sheet.coefficients]
         blocks.append(_covariance(sheet))
+        shares += np.repeat(_digitiser_share(sheet), len(sheet.cofactor)).tolist()
     partials, covariance = np.zeros((len(points), 3, len(listed))), np.zeros((len(listed), len(listed)))
     first = 0
     for (at, part), block in zip(spans, blocks, strict=True):
         span = slice(first, first + len(block))
         partials[at, :, span], covariance[span, span] = part, block
         first += len(block)
-    return CommonCoefficients(listed, partials, covariance, own)
+    return CommonCoefficients(listed, partials, covariance, own, np.array(shares))
+
+
+def sheet_errors(points: Sequence[Row], digitize: Tables, frame: Frame) -> list[SheetErrors]:
+    """Errors of the points (rows of `topocentric_point`) of each sheet but for those of its polynomial."""
+    found = []
+    for sheet in _sheets(points, digitize):
+        axes = _axes(points, sheet, frame)
+        reading, heights = (axes @ part @ axes.transpose(0, 2, 1) for part in (_reading(sheet), _heights(sheet)))
+        found.append(SheetErrors(sheet.at, axes, reading, heights, _digitiser_share(sheet)))
+    return found
+
+
+def _digitiser_share(sheet: _Sheet) -> Array:
+    """(2,) variance of one reading of a point in metres north and east to sigma0^2 of a cross; 1 without redundancy.
+
+    A sheet whose digitiser has no sigma of its own takes sigma0 for it: the share is then 1.
+    """
+    sigma0 = columns([sheet.transform], "sigma0_N_m", "sigma0_E_m")[0]
+    if not np.all(sigma0 > 0):
+        return np.ones(2)
+    mean = columns(sheet.digitized, "cov_reading_NN_m2", "cov_reading_EE_m2")
+    one_reading = mean * columns(sheet.digitized, "n_cycles")
+    return np.asarray(np.minimum(np.mean(one_reading, axis=0) / sigma0**2, 1.0))
 
 
 def _sheets(points: Sequence[Row], digitize: Tables) -> list[_Sheet]:
-    """Sheets with control points and with a covariance."""
+    """Sheets with control points."""
     found = []
     digitized = {(row["sheet"], row["point"]): row for row in digitize.get("digitized_point", ())}
     for transform in digitize.get("sheet_transform", ()):
         name = transform["sheet"]
         at = [index for index, row in enumerate(points) if row["sheet"] == name]
         coefficients = _in_order(transform, digitize["sheet_coefficient"])
-        if at and coefficients[0]["sigma"] is not None:
+        if at:
             packed = [required(row, "value") for row in digitize["sheet_cofactor"] if row["sheet"] == name]
             own = [digitized[name, points[index]["point"]] for index in at]
             found.append(_Sheet(transform, coefficients, unpack_upper(np.array(packed)), at, own))
@@ -139,10 +190,16 @@ def _axes(points: Sequence[Row], sheet: _Sheet, frame: Frame) -> Array:
 
 
 def _reading(sheet: _Sheet) -> Array:
-    """(m, 3, 3) covariance of reading and height, axes of the sheet."""
+    """(m, 3, 3) covariance of the reading, axes of the sheet."""
     plan = columns(sheet.digitized, "cov_reading_NN_m2", "cov_reading_NE_m2", "cov_reading_NE_m2", "cov_reading_EE_m2")
     covariance = np.zeros((len(plan), 3, 3))
     covariance[:, :2, :2] = plan.reshape(-1, 2, 2)
+    return covariance
+
+
+def _heights(sheet: _Sheet) -> Array:
+    """(m, 3, 3) covariance of the height, zero where it is taken as known."""
+    covariance = np.zeros((len(sheet.digitized), 3, 3))
     covariance[:, 2, 2] = np.nan_to_num(columns(sheet.digitized, "sigma_H_m")[:, 0]) ** 2
     return covariance
 

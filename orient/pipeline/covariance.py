@@ -5,7 +5,7 @@ cofactor matrix, the part of the reading, the part of the height. Source: seed 0
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,8 +14,9 @@ from orient.pipeline.element_use import use_rows
 from orient.pipeline.frames import Frame, frame_of
 from orient.pipeline.ground import ground_of
 from orient.pipeline.ground_accuracy import frame_places, map_rows
+from orient.pipeline.ground_budget import budget_rows
 from orient.pipeline.normal_case import Case, normal_case_tables
-from orient.pipeline.oriented import Oriented, oriented_by
+from orient.pipeline.oriented import ELEMENTS, Oriented, oriented_by
 from orient.pipeline.plan_covariance import (
     PlanCovariance,
     ground_columns,
@@ -38,7 +39,10 @@ from orient.values import Event, Outcome, Row, Settings, Tables
 
 @dataclass(frozen=True, slots=True)
 class Meeting:
-    """Where the rays meet the heights (right-handed frame), and in which axes that is told."""
+    """Where the rays meet the heights (right-handed frame), and in which axes that is told.
+
+    C of the jacobians has a column for everything that a ray depends on: elements, interior orientation.
+    """
 
     seen: Observations
     points: Array
@@ -50,14 +54,20 @@ class Meeting:
     def met(self) -> list[int]:
         return [int(i) for i in np.flatnonzero(self.jacobians.determined)]
 
+    @property
+    def plan_partials(self) -> Array:
+        """(m, 2, 6+k) of the plan position of the points that are met, by all that a ray depends on."""
+        return np.asarray(self.axes[self.met] @ self.jacobians.at(self.met).C)
+
 
 def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     """Outcome with `ground_covariance` rows and, when asked, all pairs."""
     photo = single(inputs["photo"], "photo")
     frame = frame_of(single(inputs["topocentric"], "topocentric_frame"), ground_of(photo))
     measured, _ = observations(inputs["refine"], inputs["topocentric"])
-    seen, events = _placed(measured, inputs["resection"])
-    oriented = oriented_by(inputs["resection"], frame)
+    oriented = oriented_by(inputs["refine"], inputs["resection"], frame)
+    image = oriented.rays.image(measured.image, measured.comparator)
+    seen, events = _placed(replace(measured, image=image), inputs["resection"])
     meeting = _meeting(seen, oriented, inputs["resection"], frame)
     events += _level_rays(meeting)
     plan = _plan(meeting, oriented)
@@ -66,7 +76,8 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
         "ground_covariance": rows,
         "ground_covariance_image": _image_rows(meeting, plan),
         "ground_accuracy": _map_rows(photo, meeting, oriented, frame, settings),
-        "element_use": use_rows(oriented, meeting.axes[meeting.met] @ meeting.jacobians.at(meeting.met).C),
+        "element_use": use_rows(oriented, meeting.plan_partials[:, :, :ELEMENTS]),
+        "error_budget": _budget_rows(meeting, plan, oriented),
         **normal_case_tables(_case(inputs["resection"], meeting, oriented, plan)),
     }
     if settings["pairs"]:
@@ -80,7 +91,9 @@ def _map_rows(photo: Row, meeting: Meeting, oriented: Oriented, frame: Frame, se
     points = frame.right_handed(meeting.points[meeting.met])
     height = float(np.mean(points[:, 2] if frame.is_local else frame.geographic(points)[:, 2]))
     reading = oriented.scale * np.mean(meeting.seen.image_covariance[meeting.met], axis=0)
-    return map_rows(frame_places(photo, side), oriented, frame, height, reading, height_sigma)
+    places = frame_places(photo, side)
+    comparator = oriented.rays.comparator(places + columns([photo], "x0_mm", "y0_mm"))
+    return map_rows(places, comparator, oriented, frame, height, reading, height_sigma)
 
 
 def _case(resection: Tables, meeting: Meeting, oriented: Oriented, plan: PlanCovariance) -> Case:
@@ -120,6 +133,8 @@ def _meeting(seen: Observations, oriented: Oriented, resection: Tables, frame: F
     up = frame.right_handed(seen.up)
     points = ray_at_height(seen.image, oriented.station, oriented.rotation, oriented.f_mm, heights, up)
     jacobians = ray_at_height_jacobians(points, oriented.station, oriented.rotation, oriented.f_mm, up)
+    T = oriented.rays.jacobian(jacobians.C, jacobians.J, seen.comparator)
+    jacobians = replace(jacobians, C=T)
     scale = required(single(resection, "orientation"), "variance_scale")
     return Meeting(seen, points, jacobians, horizon(frame, up), _height_variance(seen, adjusted, scale))
 
@@ -148,7 +163,13 @@ def _plan(meeting: Meeting, oriented: Oriented) -> PlanCovariance:
     reading = oriented.scale * meeting.seen.image_covariance[meeting.met]
     jacobians = meeting.jacobians.at(meeting.met)
     axes, heights = meeting.axes[meeting.met], meeting.height_variance[meeting.met]
-    return plan_covariance(jacobians, axes, oriented.covariance, reading, heights)
+    return plan_covariance(jacobians, axes, oriented.ray_covariance, reading, heights)
+
+
+def _budget_rows(meeting: Meeting, plan: PlanCovariance, oriented: Oriented) -> Sequence[Row]:
+    names = [meeting.seen.points[i] for i in meeting.met]
+    T = meeting.plan_partials
+    return budget_rows(names, T, oriented.rays, oriented.variance_scale, plan.reading, plan.height)
 
 
 def _rows(meeting: Meeting, plan: PlanCovariance, frame: Frame) -> list[Row]:
@@ -181,7 +202,7 @@ def _apart(apart: Array, known: str) -> dict[str, float | None]:
 
 
 def _pair_rows(meeting: Meeting, oriented: Oriented) -> list[Row]:
-    factor = meeting.axes @ covariance_factor(meeting.jacobians, oriented.covariance)
+    factor = meeting.axes @ covariance_factor(meeting.jacobians, oriented.ray_covariance)
     met = np.array(meeting.met, dtype=np.intp)
     first, second = (met[index] for index in np.triu_indices(len(met), 1))
     pairs = pair_covariance(factor, first, second)

@@ -1,5 +1,7 @@
 """Rows of `ground_accuracy`: a grid over the frame, how sure a new ground point would be at each place of it."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from orient.geometry.collinearity import image_ray
@@ -28,20 +30,28 @@ def frame_places(photo: Row, side: int) -> Array:
 
 
 def map_rows(
-    places: Array, oriented: Oriented, frame: Frame, height: float, reading: Array, height_sigma: float
+    places: Array,
+    comparator: Array,
+    oriented: Oriented,
+    frame: Frame,
+    height: float,
+    reading: Array,
+    height_sigma: float,
 ) -> list[Row]:
     """One row for each of `places` (side^2, 2) [mm]; ground columns are None where the ray meets no ground.
 
+    `comparator` (side^2, 2) [mm]: the places before the interior orientation, whose errors all of them share.
     `height` [m] of the ground above the ellipsoid, or Z of local ground; `reading` (2, 2) [mm^2] covariance of a new
     image point; `height_sigma` [m] of the height on which a new point is found.
     """
     points, up = _seen_ground(places, oriented, frame, height)
     jacobians = ray_at_height_jacobians(points, oriented.station, oriented.rotation, oriented.f_mm, up)
+    jacobians = replace(jacobians, C=oriented.rays.jacobian(jacobians.C, jacobians.J, comparator))
     met = np.flatnonzero(jacobians.determined)
     plan = plan_covariance(
         jacobians.at(met.tolist()),
         horizon(frame, up[met]),
-        oriented.covariance,
+        oriented.ray_covariance,
         np.tile(reading, (len(met), 1, 1)),
         np.full(len(met), height_sigma**2),
     )

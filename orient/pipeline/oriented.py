@@ -6,6 +6,7 @@ import numpy as np
 
 from orient.geometry.rotation import matrix_from_quaternion
 from orient.pipeline.frames import Frame
+from orient.pipeline.ground_budget import RayUnknowns, ray_unknowns_of
 from orient.pipeline.tables import Array, columns, required, single
 from orient.solvers.packed import unpack_upper
 from orient.values import Tables
@@ -17,7 +18,8 @@ ELEMENTS = 6
 class Oriented:
     """The orientation in the solver's right-handed frame, with the covariance of its elements.
 
-    `scale`: variance of unit weight by which all cofactors are multiplied, in units of the one a priori.
+    `rays`: cofactors of all that an image ray depends on, the interior orientation too. `variance_scale` [mm^2]:
+    variance of unit weight by which all cofactors are multiplied; `scale`: the same in units of the one a priori.
     """
 
     station: Array
@@ -25,9 +27,16 @@ class Oriented:
     f_mm: float
     covariance: Array
     scale: float
+    variance_scale: float
+    rays: RayUnknowns
+
+    @property
+    def ray_covariance(self) -> Array:
+        """(6+k, 6+k) of the elements and the k parameters of the interior orientation."""
+        return self.variance_scale * self.rays.cofactor
 
 
-def oriented_by(resection: Tables, frame: Frame) -> Oriented:
+def oriented_by(refine: Tables, resection: Tables, frame: Frame) -> Oriented:
     """The orientation that the stage `resection` stored; elements r (right-handed ground axes), X_S, Y_S, Z_S."""
     row = single(resection, "orientation")
     packed = [required(entry, "value") for entry in resection["cofactor"] if entry["unknowns"] == "rotation"]
@@ -41,4 +50,6 @@ def oriented_by(resection: Tables, frame: Frame) -> Oriented:
         f_mm=required(row, "f_mm"),
         covariance=scale * Q,
         scale=scale / required(row, "sigma0_apriori_mm") ** 2,
+        variance_scale=scale,
+        rays=ray_unknowns_of(refine, resection, frame),
     )

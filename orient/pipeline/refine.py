@@ -12,7 +12,7 @@ import numpy as np
 
 from orient.errors import OrientError
 from orient.geometry import distortion, earth_curvature, plane, refraction
-from orient.pipeline.tables import Array, columns, number, or_none, required, single
+from orient.pipeline.tables import Array, columns, named_packed_rows, number, or_none, required, single
 from orient.solvers.cycle_means import CycleMeans, cycle_means
 from orient.solvers.engines import Engine
 from orient.solvers.interior_orientation import InteriorFit, fit_interior
@@ -58,7 +58,8 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     rows = _image_points(points, interior, photo, photo_tables)
     events += _curvature_event(rows, photo)
     residuals = _cycle_rows(readings, cycles)
-    tables = {"image_point": rows, "cycle_residual": residuals, **_interior_tables(interior, chosen)}
+    of_marks = _mark_variance(marks, chosen)
+    tables = {"image_point": rows, "cycle_residual": residuals, **_interior_tables(interior, chosen, of_marks)}
     return Outcome(tables, events, _summary(rows, cycles, interior))
 
 
@@ -276,7 +277,14 @@ def _cycle_rows(readings: Sequence[Row], cycles: CycleMeans) -> list[Row]:
     ]
 
 
-def _interior_tables(interior: InteriorFit | None, marks: Sequence[str]) -> Tables:
+def _mark_variance(measured: Means, chosen: Sequence[str]) -> float:
+    """Mean variance of the coordinates of the marks that carry the fit, from their readings alone; 0 without marks."""
+    carries = [i for i, mark in enumerate(measured.points) if mark in chosen]
+    return float(np.mean(measured.covariance[carries, 0, 0])) if carries else 0.0
+
+
+def _interior_tables(interior: InteriorFit | None, marks: Sequence[str], of_marks: float) -> Tables:
+    """`of_marks`: variance of a mark by its readings; the residuals of few marks can be smaller than that by chance."""
     if interior is None:
         return {}
     sigmas = [None] * len(interior.names) if interior.sigmas is None else interior.sigmas.tolist()
@@ -298,7 +306,13 @@ def _interior_tables(interior: InteriorFit | None, marks: Sequence[str]) -> Tabl
         }
         for i, mark in enumerate(marks)
     ]
-    return {"interior_orientation": [fit], "interior_parameter": parameters, "fiducial_residual": residuals}
+    variance = max(of_marks, 0.0 if interior.sigma0 is None else interior.sigma0**2)
+    return {
+        "interior_orientation": [fit],
+        "interior_parameter": parameters,
+        "interior_covariance": named_packed_rows(variance * interior.cofactor, interior.names),
+        "fiducial_residual": residuals,
+    }
 
 
 def _summary(rows: Sequence[Row], cycles: CycleMeans, interior: InteriorFit | None) -> str:

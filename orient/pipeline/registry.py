@@ -56,7 +56,7 @@ class Stage:
 STAGES = (
     Stage(
         "refine",
-        1,
+        2,
         "image coordinates: cycle means, interior orientation, distortion, refraction, curvature",
         required=("photo", "readings"),
         settings={"engine": "zlatanov", "reject": False},
@@ -97,7 +97,7 @@ STAGES = (
     ),
     Stage(
         "resection",
-        2,
+        3,
         "exterior orientation",
         required=("photo", "refine", "topocentric"),
         optional=("digitize",),
@@ -105,6 +105,7 @@ STAGES = (
             "engine": "zlatanov",
             "control": "auto",
             "correlation": "sheet",
+            "interior": "weighted",
             "variance": "posteriori",
             "max_iterations": 50,
             "tolerance": 1e-10,
@@ -117,7 +118,7 @@ STAGES = (
     ),
     Stage(
         "covariance",
-        2,
+        3,
         "covariance of ground points, K = C Q C'",
         required=("photo", "refine", "topocentric", "resection"),
         settings={"pairs": False, "map_side": 11, "map_height_sigma_m": 0.0},

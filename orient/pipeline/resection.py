@@ -1,15 +1,18 @@
 """Stage `resection`: the exterior orientation of the photo by functional iteration, without start values."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from orient.errors import GeometryError
-from orient.pipeline.common_coefficients import CommonCoefficients, common_coefficients
+from orient.pipeline.chain import Chain
+from orient.pipeline.common_coefficients import CommonCoefficients, common_coefficients, sheet_errors
+from orient.pipeline.error_sources import ray_cofactor_rows, source_cofactor_rows
 from orient.pipeline.findings import in_stored_names, odd_points, resection_findings
 from orient.pipeline.frames import Frame, frame_of
 from orient.pipeline.ground import Ground, ground_of
+from orient.pipeline.interior_unknowns import adjusted_interior_rows, image_shift, interior_unknowns
 from orient.pipeline.resection_blunders import Chosen, Solved, Task, choose_control
 from orient.pipeline.resection_rows import result_tables
 from orient.pipeline.resection_test_rows import test_tables
@@ -31,12 +34,16 @@ NAMED = 10
 
 @dataclass(frozen=True, slots=True)
 class Observations:
-    """Points that are both measured on the photo and placed on the ground, in the frame of T'."""
+    """Points that are both measured on the photo and placed on the ground, in the frame of T'.
+
+    `comparator` (n, 2) [mm]: before the interior orientation.
+    """
 
     points: Sequence[str]
     roles: Sequence[str]
     image: Array
     image_covariance: Array
+    comparator: Array
     rows: Sequence[Row]
 
     def only(self, role: str) -> "Observations":
@@ -49,6 +56,7 @@ class Observations:
             [self.roles[index] for index in keep],
             self.image[keep],
             self.image_covariance[keep],
+            self.comparator[keep],
             [self.rows[index] for index in keep],
         )
 
@@ -74,16 +82,15 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     control, check = seen.only("control"), seen.only("check")
     _require_enough(control)
     sigma0 = required(photo, "sigma_image_mm")
-    shared = _shared(control, inputs.get("digitize", {}), frame, ground, settings)
+    chain = _chain(control, inputs, frame, ground, sigma0, settings)
 
     def adjust(keep: Sequence[int]) -> Solved:
-        some = None if shared is None else shared.at(keep)
-        return _solve(photo, ground, frame, control.at(keep), some, sigma0, settings)
+        return _solve(photo, ground, frame, control.at(keep), chain.at(keep), settings)
 
-    task = Task(frame, control, shared, sigma0, required(photo, "f_mm"), settings, adjust)
+    task = Task(frame, control, chain, required(photo, "f_mm"), settings, adjust)
     chosen = choose_control(task)
-    everyone, control, shared, found = control, chosen.solved.control, chosen.solved.shared, chosen.solved.found
-    traces = trace_tables(found, frame, control.points, () if shared is None else shared.coefficients)
+    everyone, control, found = control, chosen.solved.control, chosen.solved.found
+    traces = trace_tables(found, frame, control.points, chain.unknowns)
     if found.termination != "CONVERGED":
         full = np.flatnonzero(control.known == "XYZ")
         place = frame.right_handed(control.ground[full])
@@ -93,9 +100,36 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     events += resection_findings(found, frame, control.points, sigma0)
     use_posteriori = settings["variance"] == "posteriori" and found.redundancy > 0
     tested, remarks = test_tables(task, chosen)
-    results = result_tables(found, frame, control, [check, everyone.at(chosen.outside)], sigma0, use_posteriori)
-    adjusted = {"adjusted_coefficient": adjusted_coefficient_rows(found, shared, sigma0)}
+    chain = replace(chosen.solved.chain, sheets=sheet_errors(control.rows, inputs.get("digitize", {}), frame))
+    k = chain.interior_unknowns
+    cofactors = np.diagonal(found.joint_cofactors)[6:]
+    in_photo = adjusted_interior_rows(chain.interior, found.common[:k], cofactors[:k], sigma0)
+    others = [_moved(points, chain, in_photo) for points in (check, everyone.at(chosen.outside))]
+    results = result_tables(found, frame, control, others, sigma0, use_posteriori)
+    adjusted: dict[str, Sequence[Row]] = {
+        "cofactor": [*results["cofactor"], *ray_cofactor_rows(found, chain, frame)],
+        "adjusted_coefficient": adjusted_coefficient_rows(found.common[k:], cofactors[k:], chain.shared, sigma0),
+        "adjusted_interior": in_photo,
+        "source_cofactor": source_cofactor_rows(found, chain, frame),
+    }
     return Outcome({**results, **adjusted, **tested, **traces}, [*events, *remarks], _summary(found, sigma0, chosen))
+
+
+def _moved(points: Observations, chain: Chain, in_photo: Sequence[Row]) -> Observations:
+    """Points that took no part, through the adjusted interior orientation."""
+    return replace(points, image=points.image + image_shift(chain.interior, in_photo, points.comparator))
+
+
+def _chain(
+    control: Observations, inputs: Mapping[str, Tables], frame: Frame, ground: Ground, sigma0: float, settings: Settings
+) -> Chain:
+    """Everything behind the coordinates of the control points that a setting does not take as known."""
+    return Chain(
+        interior=None if settings["interior"] == "fixed" else interior_unknowns(inputs["refine"]),
+        shared=_shared(control, inputs.get("digitize", {}), frame, ground, settings),
+        sheets=(),
+        sigma0=sigma0,
+    )
 
 
 def _shared(
@@ -123,6 +157,7 @@ def observations(refine: Tables, topocentric: Tables) -> tuple[Observations, lis
         roles=[str(ground[point]["role"]) for point in both],
         image=columns(rows, "x_mm", "y_mm"),
         image_covariance=packed.reshape(-1, 2, 2),
+        comparator=columns(rows, "x_comparator_mm", "y_comparator_mm"),
         rows=[ground[point] for point in both],
     )
     return seen, events
@@ -154,12 +189,12 @@ def _solve(
     ground: Ground,
     frame: Frame,
     control: Observations,
-    shared: CommonCoefficients | None,
-    sigma0: float,
+    chain: Chain,
     settings: Settings,
 ) -> Solved:
     """Resection; height-only points are set on the curved surface of their height again until they lie on it."""
-    own = None if shared is None else shared.own
+    sigma0 = chain.sigma0
+    own = None if chain.shared is None else chain.shared.own
     weights = ground_weights(control.rows, str(settings["control"]), sigma0, own)
     place, up = control.ground, control.up
     height_only = control.known == "height"
@@ -172,7 +207,7 @@ def _solve(
             required(photo, "f_mm"),
             ground_free=frame.right_handed_matrix(free) if free.any() else None,
             ground_weight=frame.right_handed_matrix(weight) if free.any() else None,
-            common=None if shared is None else shared.in_solver(frame, sigma0),
+            common=chain.in_solver(control.comparator, frame),
             start_mask=control.known == "XYZ",
             approximate_station=_approximate_station(photo, frame, ground),
             tolerance=float(settings["tolerance"] or 0.0),
@@ -181,7 +216,7 @@ def _solve(
             engine=Engine(str(settings["engine"])),
             camera_above=None if photo["platform"] == "terrestrial" else np.array([0.0, 0.0, 1.0]),
         )
-        solved = Solved(found, control, shared, place, up, free, weight)
+        solved = Solved(found, control, chain, place, up, free, weight)
         if not height_only.any() or found.termination != "CONVERGED" or frame.origin is None:
             return solved
         place, up, lift = _on_their_height(found, frame, ground, control, place, up)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orient.errors import OrientError
-from orient.pipeline.common_coefficients import CommonCoefficients
+from orient.pipeline.chain import Chain
 from orient.pipeline.exclusions import by_hand
 from orient.pipeline.frames import Frame
 from orient.pipeline.tables import Array
@@ -39,7 +39,7 @@ class Solved:
 
     found: Resection
     control: "Observations"
-    shared: CommonCoefficients | None
+    chain: Chain
     place: Array
     up: Array
     free: Array
@@ -52,11 +52,14 @@ class Task:
 
     frame: Frame
     control: "Observations"
-    shared: CommonCoefficients | None
-    sigma0: float
+    chain: Chain
     f_mm: float
     settings: Settings
     adjust: Callable[[Sequence[int]], Solved]
+
+    @property
+    def sigma0(self) -> float:
+        return self.chain.sigma0
 
     def limits(self, found: Resection) -> Limits:
         """w with sigma0 a priori, or tau with sigma0 a posteriori; `auto` follows the setting `variance`."""
@@ -136,14 +139,13 @@ def measured(
         control.image_covariance[at] / task.sigma0**2,
         ground_knowledge(frame.right_handed(place), *turned),
         shared.by_ground,
+        shared.by_image,
     )
 
 
 def whitened_common(task: Task, at: Sequence[int]) -> WhitenedCommon:
     """What these points share, in the solver's frame."""
-    if task.shared is None:
-        return whitened(None, len(at))
-    return whitened(task.shared.at(at).in_solver(task.frame, task.sigma0), len(at))
+    return whitened(task.chain.at(at).in_solver(task.control.comparator[at], task.frame), len(at))
 
 
 def _verdicts(task: Task, kept: Mask, limits_of: Callable[[Resection], Limits]) -> Verdicts[Tested] | None:
@@ -190,7 +192,7 @@ def _fit(task: Task, found: Resection, at: list[int], limits: Limits, reliabilit
     if at:
         shared = whitened_common(task, at)
         others = task.control.at(at)
-        own = None if task.shared is None else task.shared.at(at).own
+        own = None if task.chain.shared is None else task.chain.shared.own[at]
         free, weight = ground_weights(others.rows, str(task.settings["control"]), task.sigma0, own).at(others.up)
         points = measured(task, at, others.ground, free, weight, shared)
         T, freedom = prediction_statistic(other_blocks(found, points, shared), reliability, limits)

@@ -110,21 +110,19 @@ def _name(task: Task, tested: Tested, group: int, block: int, k: int) -> dict[st
     if group == 0:
         kind, axis, unit = AXES[k]
         return {"kind": kind, "part": "", "point": tested.solved.control.points[block], "axis": axis, "unit": unit}
-    assert task.shared is not None  # the second group are the coefficients of the sheets
-    coefficient = task.shared.coefficients[k]
-    own = {"part": coefficient.sheet, "point": "", "axis": coefficient.name, "unit": coefficient.unit}
-    return {"kind": "coefficient", **own}
+    unknown = task.chain.unknowns[k]  # the second group are the common unknowns
+    return {"kind": "coefficient", "part": unknown.subject, "point": "", "axis": unknown.name, "unit": unknown.unit}
 
 
 def _residuals(task: Task, tested: Tested, group: int) -> Array:
     """v of the image coordinates, of the point's own ground coordinates in T', of the coefficients."""
     solved, frame = tested.solved, task.frame
-    found, shared = solved.found, solved.shared
+    found, shared = solved.found, solved.chain.shared
     if group == 1:
         return found.common[None]
     place = frame.right_handed(found.ground) - solved.place
     if shared is not None:
-        place = place - shared.partials @ found.common
+        place = place - shared.partials @ found.common[solved.chain.interior_unknowns :]
     return np.hstack([found.residuals, place])
 
 
@@ -149,8 +147,9 @@ def _correlations(tested: Tested) -> dict[Observation, tuple[float | None, str |
 
 
 def _sheet(tested: Tested, k: int) -> str:
-    assert tested.solved.shared is not None
-    return f"sheet {tested.solved.shared.coefficients[k].sheet}"
+    chain = tested.solved.chain
+    subject = chain.unknowns[k].subject
+    return subject if k < chain.interior_unknowns else f"sheet {subject}"
 
 
 def _largest(values: Sequence[Array], most: int) -> list[Observation]:

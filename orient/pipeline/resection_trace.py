@@ -1,11 +1,12 @@
 """How a resection went: iterations, equations and the coefficients of the sheets, as rows of the project file."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from orient.geometry.rotation import aok_from_matrix, quaternion_from_matrix, rotation_exp
-from orient.pipeline.common_coefficients import Coefficient, CommonCoefficients
+from orient.pipeline.common_coefficients import CommonCoefficients
 from orient.pipeline.frames import Frame
 from orient.pipeline.resection_rows import ANGLES_AOK, QUATERNION, STATION, Rows, named
 from orient.pipeline.tables import Array
@@ -14,22 +15,33 @@ from orient.units import wrap_half_turn
 from orient.values import Row
 
 
+@dataclass(frozen=True, slots=True)
+class NamedUnknown:
+    """A common unknown as `iteration_parameter` tells it: the sheet or the interior orientation, and its value."""
+
+    subject: str
+    name: str
+    unit: str
+    value: float
+
+
 def trace_tables(
-    found: Resection, frame: Frame, points: Sequence[str], coefficients: Sequence[Coefficient] = ()
+    found: Resection, frame: Frame, points: Sequence[str], common: Sequence[NamedUnknown] = ()
 ) -> Mapping[str, Sequence[Row]]:
     """Iterations and equations: stored for a failure too."""
     return {
         "iteration": [_iteration_row(number, record) for number, record in enumerate(found.iterations, 1)],
-        "iteration_parameter": _parameter_rows(found, frame, points, coefficients),
+        "iteration_parameter": _parameter_rows(found, frame, points, common),
         "equation": _equation_rows(found, frame, points),
     }
 
 
-def adjusted_coefficient_rows(found: Resection, shared: CommonCoefficients | None, sigma0: float) -> Rows:
-    """The polynomials of the sheets after the adjustment, with what the photo has added to them."""
+def adjusted_coefficient_rows(
+    corrections: Array, cofactors: Array, shared: CommonCoefficients | None, sigma0: float
+) -> Rows:
+    """The polynomials of the sheets after the adjustment, with what the photo has added to them; (k,) of each."""
     if shared is None:
         return []
-    cofactors = np.diagonal(found.joint_cofactors)[6:]
     before = np.diagonal(shared.covariance) / sigma0**2
     ratios = np.where(before > 0, cofactors / np.where(before > 0, before, 1.0), 1.0)
     return [
@@ -38,8 +50,8 @@ def adjusted_coefficient_rows(found: Resection, shared: CommonCoefficients | Non
             "coordinate": one.coordinate,
             "power_u": one.power_u,
             "power_v": one.power_v,
-            "value": one.value + float(found.common[index]),
-            "correction": float(found.common[index]),
+            "value": one.value + float(corrections[index]),
+            "correction": float(corrections[index]),
             "q": float(cofactors[index]),
             "variance_ratio": float(ratios[index]),
         }
@@ -57,7 +69,7 @@ def _iteration_row(number: int, record: IterationRecord) -> Row:
     }
 
 
-def _parameter_rows(found: Resection, frame: Frame, points: Sequence[str], coefficients: Sequence[Coefficient]) -> Rows:
+def _parameter_rows(found: Resection, frame: Frame, points: Sequence[str], common: Sequence[NamedUnknown]) -> Rows:
     rows: Rows = []
     for number, record in enumerate(found.iterations, 1):
         before = aok_from_matrix(record.rotation)
@@ -70,9 +82,9 @@ def _parameter_rows(found: Resection, frame: Frame, points: Sequence[str], coeff
             places, moves = frame.right_handed(record.ground), frame.right_handed(record.correction_ground)
             for point, place, move in zip(points, places, moves, strict=True):
                 rows += _unknown_rows(number, point, ("X", "Y", "Z"), "m", place, move)
-        for one, before_step, step_of_c in zip(coefficients, record.common, record.correction_common, strict=True):
+        for one, before_step, step_of_c in zip(common, record.common, record.correction_common, strict=True):
             value = np.array([one.value + before_step])
-            rows += _unknown_rows(number, one.sheet, (one.name,), one.unit, value, np.array([step_of_c]))
+            rows += _unknown_rows(number, one.subject, (one.name,), one.unit, value, np.array([step_of_c]))
     return rows
 
 

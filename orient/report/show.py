@@ -8,6 +8,7 @@ from pathlib import Path
 from orient.errors import UsageError
 from orient.pipeline.registry import ALL_STAGES, BY_NAME, EVIDENCE
 from orient.report.absolute import absolute_lines, absolute_tables, absolute_zones
+from orient.report.budget import budget_lines, budget_tables
 from orient.report.covariance import covariance_lines, covariance_tables
 from orient.report.findings import findings, print_findings
 from orient.report.orientation import Shown, iteration_table, orientation_lines, orientation_tables
@@ -50,13 +51,13 @@ def _print_numbers(stage: str, tables: Tables) -> None:
         _print_resection(tables)
     if stage == "absolute":
         _print_absolute(tables)
-    for text in covariance_lines(tables) if stage == "covariance" else ():
+    for text in [*budget_lines(tables), *covariance_lines(tables)] if stage == "covariance" else ():
         console().print(text, soft_wrap=True)
     for section in SECTIONS.get(stage, ()):
         _print_section(section, tables.get(section.source, ()))
     _print_tests(tables, with_lines=stage != "resection")
     if stage == "covariance":
-        _print_tables(covariance_tables(tables, SHOWN_ROWS))
+        _print_tables([*budget_tables(tables), *covariance_tables(tables, SHOWN_ROWS)])
     if stage == "photo":
         _print_record(tables["photo"][0])
 

@@ -1,5 +1,6 @@
-"""P_i = P_i0 + G_i c + p_i: corrections c that many ground points share, such as the polynomial of their map sheet.
+"""P_i = P_i0 + G_i c + p_i, x_i = x_i0 + H_i c + v_i: corrections c that many points share.
 
+On the ground: the polynomial of their map sheet. In the image: the interior orientation through fiducial marks.
 c has its own a-priori cofactor matrix C = F F'. Inside, c = F z with z of unit weight: well scaled whatever the units
 of c, and a direction in which C vanishes is no unknown. The points are eliminated one by one, then z; what stays is a
 triangle of the six elements. The cost grows with the number of points only.
@@ -23,21 +24,27 @@ PRESENT = 1e-14
 class CommonUnknowns:
     """`partials` G (n, 3, k): shift of each point [m] by each unknown, zero where a point does not depend on it.
 
-    `cofactor` (k, k): a-priori covariance / sigma0^2 of the unknowns; `names` (k,) serve the messages.
+    `by_image` H (n, 2, k) [mm]: likewise of its image coordinates, None where no unknown moves them. `cofactor` (k, k):
+    a-priori covariance / sigma0^2 of the unknowns; `names` (k,) serve the messages.
     """
 
     partials: FloatArray
     cofactor: FloatArray
     names: Sequence[str]
+    by_image: FloatArray | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class WhitenedCommon:
-    """`factor` F (k, q), F F' = cofactor; `inverse` (q, k), F^-1 F = I; `by_ground` (n, 3, q) = G_i F."""
+    """`factor` F (k, q), F F' = cofactor; `inverse` (q, k), F^-1 F = I; `by_ground` (n, 3, q) = G_i F.
+
+    `by_image` (n, 2, q) = H_i F.
+    """
 
     factor: FloatArray
     inverse: FloatArray
     by_ground: FloatArray
+    by_image: FloatArray
 
     @property
     def rank(self) -> int:
@@ -47,6 +54,10 @@ class WhitenedCommon:
     def shift(self, z: FloatArray) -> FloatArray:
         """(n, 3) G_i F z."""
         return np.asarray(self.by_ground @ z)
+
+    def image_shift(self, z: FloatArray) -> FloatArray:
+        """(n, 2) H_i F z."""
+        return np.asarray(self.by_image @ z)
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +87,7 @@ class CommonTriangle:
 
 def no_common(n: int) -> WhitenedCommon:
     """Points that share nothing."""
-    return WhitenedCommon(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((n, 3, 0)))
+    return WhitenedCommon(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((n, 3, 0)), np.zeros((n, 2, 0)))
 
 
 def whitened(common: CommonUnknowns | None, n: int) -> WhitenedCommon:
@@ -84,7 +95,9 @@ def whitened(common: CommonUnknowns | None, n: int) -> WhitenedCommon:
     if common is None:
         return no_common(n)
     variances = np.diagonal(common.cofactor)
-    if not (np.isfinite(common.cofactor).all() and np.isfinite(common.partials).all() and (variances >= 0).all()):
+    by_image = np.zeros((n, 2, len(variances))) if common.by_image is None else common.by_image
+    is_finite = all(np.isfinite(part).all() for part in (common.cofactor, common.partials, by_image))
+    if not (is_finite and (variances >= 0).all()):
         raise GeometryError(f"The covariance of the common unknowns ({_listed(common.names)}) is not positive.")
     sigma = np.sqrt(variances)
     safe = np.where(sigma > 0, sigma, 1.0)
@@ -94,7 +107,23 @@ def whitened(common: CommonUnknowns | None, n: int) -> WhitenedCommon:
     present = values > PRESENT * np.max(values, initial=0.0)
     root, axes = np.sqrt(values[present]), axes[:, present]
     factor = sigma[:, None] * axes * root
-    return WhitenedCommon(factor, (axes / root / safe[:, None]).T, common.partials @ factor)
+    return WhitenedCommon(factor, (axes / root / safe[:, None]).T, common.partials @ factor, by_image @ factor)
+
+
+def together(parts: Sequence[CommonUnknowns]) -> CommonUnknowns | None:
+    """Independent groups of unknowns, one after the other; None for none. All parts speak of the same n points."""
+    if not parts:
+        return None
+    ends = np.cumsum([len(part.names) for part in parts])
+    cofactor = np.zeros((ends[-1], ends[-1]))
+    by_image = np.zeros((len(parts[0].partials), 2, ends[-1]))
+    for part, end in zip(parts, ends, strict=True):
+        span = slice(end - len(part.names), end)
+        cofactor[span, span] = part.cofactor
+        if part.by_image is not None:
+            by_image[:, :, span] = part.by_image
+    partials = np.concatenate([part.partials for part in parts], axis=2)
+    return CommonUnknowns(partials, cofactor, [name for part in parts for name in part.names], by_image)
 
 
 def redundancy_numbers(common: WhitenedCommon, Q_z: FloatArray) -> FloatArray:

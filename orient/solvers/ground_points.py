@@ -42,10 +42,15 @@ class PointTriangles:
 
 @dataclass(frozen=True, slots=True)
 class PointCofactors:
-    """`with_elements` (n, 9, 9): of the six elements together with each point P_i; `own` (n, 3, 3): of p_i alone."""
+    """`with_elements` (n, 9, 9): of the six elements together with each point P_i; `own` (n, 3, 3): of p_i alone.
+
+    `with_common` (n, 9, q): of these with the common unknowns z. `by_rim` (n, 3, q+6): dp_i by z and the elements.
+    """
 
     with_elements: FloatArray
     own: FloatArray
+    with_common: FloatArray
+    by_rim: FloatArray
 
 
 def ground_knowledge(given: FloatArray, free: FloatArray | None, weight: FloatArray | None) -> GroundKnowledge:
@@ -120,7 +125,8 @@ def point_cofactors(
     of_own = own @ Q @ own.transpose(0, 2, 1)
     for cofactor in (joint[:, 6:, 6:], of_own):
         cofactor[points] += inverse @ inverse.transpose(0, 2, 1)
-    return PointCofactors(joint, of_own)
+    with_common = np.concatenate([np.broadcast_to(Q[q:, :q], (len(whole), len(Q) - q, q)), whole @ Q[:, :q]], axis=1)
+    return PointCofactors(joint, of_own, with_common, own)
 
 
 def undetermined_points(triangles: PointTriangles, known: GroundKnowledge, limit: float) -> NDArray[np.intp]:

@@ -1,7 +1,7 @@
-"""v = B_e de + B_p (G dc + dp) + L, v_p = dp + t, v_c = dc + c: the equations of a space resection.
+"""v = B_e de + B_p (G dc + dp) - H dc + L, v_p = dp + t, v_c = dc + c: the equations of a space resection.
 
-Elements e and common unknowns c (sheets of the points) on the rim, points p eliminated, then c, as
-`functional_iteration` wants them.
+Elements e and common unknowns c (sheets of the points, interior orientation of the image) on the rim, points p
+eliminated, then c, as `functional_iteration` wants them.
 """
 
 from dataclasses import dataclass, field
@@ -87,7 +87,9 @@ class ResectionProblem:
         partials = partials_rotation(state.ground, state.station, state.rotation, self.f_mm)
         distance = float(np.mean(np.linalg.norm(state.ground - state.station, axis=1)))
         scales = np.array([1.0, 1.0, 1.0, distance, distance, distance])
-        rows = np.concatenate([partials, (computed - self.image)[:, :, None]], axis=2)
+        common_rows = -self.common.by_image
+        free_term = computed - self.image - self.common.image_shift(state.common)
+        rows = np.concatenate([partials, free_term[:, :, None], common_rows], axis=2)
         if not (np.isfinite(rows).all() and np.isfinite(distance)):
             return _not_finite(scales, self.common.rank)
         white = np.linalg.solve(np.linalg.cholesky(self.image_cofactor), rows)
@@ -107,7 +109,8 @@ class ResectionProblem:
         """Equations of z and the elements: those that z has itself, of fixed points, of points without theirs."""
         q, u = self.common.rank, self.known.unknown
         fixed = self.known.free_rank == 0
-        rim = np.concatenate([white[:, :, 6:9] @ self.common.by_ground, white[:, :, :6]], axis=2)
+        by_common = white[:, :, 6:9] @ self.common.by_ground + white[:, :, 10:]
+        rim = np.concatenate([by_common, white[:, :, :6]], axis=2)
         rest, rest_free_term, points = eliminate(rim[u], white[u, :, 6:9], white[u, :, 9], shift[u], self.known)
         design = np.vstack([np.eye(q, q + 6), rim[fixed].reshape(-1, q + 6), rest])
         return design, np.concatenate([z, white[fixed, :, 9].ravel(), rest_free_term]), points
@@ -128,6 +131,12 @@ class ResectionProblem:
         )
         return following, float(np.max(np.abs(dP), initial=0.0) / linear.scales[3])
 
+    def image_rows(self, state: Orientation) -> tuple[FloatArray, FloatArray]:
+        """Partials of v of the image coordinates by z and the elements (n, 2, q+6), by the point itself (n, 2, 3)."""
+        partials = partials_rotation(state.ground, state.station, state.rotation, self.f_mm)
+        by_common = partials[:, :, 6:] @ self.common.by_ground - self.common.by_image
+        return np.concatenate([by_common, partials[:, :, :6]], axis=2), partials[:, :, 6:]
+
     def quality(self, state: Orientation, linear: ResectionEquations, Q: FloatArray) -> Quality:
         """Cofactors and redundancy numbers of everything, from the cofactors Q (6, 6) of the elements."""
         q = self.common.rank
@@ -135,13 +144,17 @@ class ResectionProblem:
         scales = np.concatenate([np.ones(q), linear.scales])
         points = point_cofactors(linear.points, scales, rim, self.known, self.common.by_ground)
         design = partials_rotation(state.ground, state.station, state.rotation, self.f_mm)
-        explained = design @ points.with_elements @ design.transpose(0, 2, 1) @ np.linalg.inv(self.image_cofactor)
+        explained = design @ points.with_elements @ design.transpose(0, 2, 1)
+        H = self.common.by_image
+        across = design @ points.with_common @ H.transpose(0, 2, 1)
+        explained += H @ rim[:q, :q] @ H.transpose(0, 2, 1) - across - across.transpose(0, 2, 1)
+        weight = np.linalg.inv(self.image_cofactor)
         G = self.known.weight_root
         of_ground = self.known.weight_rank - np.trace(G @ points.own @ G.transpose(0, 2, 1), axis1=1, axis2=2)
         return Quality(
             rim=rim,
             Q_P=points.with_elements[:, 6:, 6:],
-            image=1.0 - np.diagonal(explained, axis1=1, axis2=2),
+            image=1.0 - np.diagonal(explained @ weight, axis1=1, axis2=2),
             ground=of_ground,
             common=redundancy_numbers(self.common, rim[:q, :q]),
         )

@@ -32,13 +32,14 @@ class Measured:
     """What was measured of n points, in the solver's frame: as the arguments of `resect`.
 
     `image` (n, 2) [mm], `image_cofactor` (n, 2, 2), `ground` what is known of the ground points, `by_common` (n, 3, q)
-    their shift by the whitened common unknowns.
+    their shift by the whitened common unknowns, `by_image` (n, 2, q) that of their image coordinates.
     """
 
     image: FloatArray
     image_cofactor: FloatArray
     ground: GroundKnowledge
     by_common: FloatArray
+    by_image: FloatArray
 
     def at(self, keep: BoolArray | NDArray[np.intp]) -> "Measured":
         """Some of the points."""
@@ -50,7 +51,7 @@ class Measured:
             known.free_rank[keep],
             known.weight_rank[keep],
         )
-        return Measured(self.image[keep], self.image_cofactor[keep], ground, self.by_common[keep])
+        return Measured(self.image[keep], self.image_cofactor[keep], ground, self.by_common[keep], self.by_image[keep])
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +76,8 @@ def other_blocks(found: Resection, others: Measured, shared: WhitenedCommon) -> 
     """Points that took no part in the adjustment, at their given places moved by the common unknowns."""
     shift = _shared_shift(found, others, shared)
     place = others.ground.given + shift
-    residuals = project(place, found.station, found.rotation, found.f_mm)[0] - others.image
+    seen = others.image + others.by_image @ (shared.inverse @ found.common)
+    residuals = project(place, found.station, found.rotation, found.f_mm)[0] - seen
     return _blocks(found, others, place, residuals, shift, np.eye(3))
 
 
@@ -144,7 +146,7 @@ def _blocks(
     partials = partials_rotation(place, found.station, found.rotation, found.f_mm)
     elements = partials.shape[2] - 3
     design, own = np.zeros((n, 5, q + elements)), np.zeros((n, 5, 3))
-    design[:, :2, :q] = partials[:, :, elements:] @ points.by_common
+    design[:, :2, :q] = partials[:, :, elements:] @ points.by_common - points.by_image
     design[:, :2, q:] = partials[:, :, :elements]
     own[:, :2] = partials[:, :, elements:] @ known.free
     own[:, 2:] = axes.T @ known.free

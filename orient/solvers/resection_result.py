@@ -67,11 +67,13 @@ class Alternative:
 class Resection:
     """The adjusted exterior orientation with its whole proof; a result only if `termination` is CONVERGED.
 
-    Q (6, 6): cofactors of r_X, r_Y, r_Z [rad], X_S, Y_S, Z_S [m]; v = computed - measured [mm]; `equations` (n, 2, 9):
+    Q (6, 6): cofactors of r_X, r_Y, r_Z [rad], X_S, Y_S, Z_S [m]; v = computed - measured [mm], `computed` as it would
+    be measured with the adjusted common unknowns; `equations` (n, 2, 9):
     partials by alpha, omega, kappa, X_S, Y_S, Z_S, X, Y, Z at the solution. NaN in Q and the redundancy numbers when
     the geometry is singular, `undetermined` then names the combination of unknowns. `ground` (n, 3) and its cofactors
     hold the share of the common unknowns; `common` (k,): their adjusted corrections c; `joint_cofactors` (6+k, 6+k) of
-    the elements and c.
+    the elements and c. `problem`, `state` and `linear` are what was adjusted, its solution about the centroid of the
+    ground and the last equations, `rim` (q+6, q+6) cofactors of z and the elements: what an error budget asks for.
     """
 
     termination: Termination
@@ -102,6 +104,10 @@ class Resection:
     weak: tuple[tuple[str, str, float], ...]
     alternatives: tuple[Alternative, ...]
     candidates_tried: int
+    problem: ResectionProblem
+    state: Orientation
+    linear: ResectionEquations
+    rim: FloatArray
 
     @property
     def is_ambiguous(self) -> bool:
@@ -148,6 +154,7 @@ def resection_result(
     iterated, termination = end
     problem, state, linear = task.problem, iterated.state, iterated.linear
     computed, zs = project(state.ground, state.station, state.rotation, problem.f_mm)
+    computed = computed - problem.common.image_shift(state.common)
     undetermined = _undetermined(task, iterated) if termination is Termination.SINGULAR else ""
     Q, quality = _quality(problem, iterated, termination)
     return Resection(
@@ -179,6 +186,10 @@ def resection_result(
         weak=functional_iteration.strong_correlations(Q, ELEMENTS),
         alternatives=alternatives,
         candidates_tried=tried,
+        problem=problem,
+        state=state,
+        linear=linear,
+        rim=quality.rim,
     )
 
 
@@ -219,7 +230,7 @@ def _records(task: Task, iterated: Refined) -> tuple[IterationRecord, ...]:
 
 
 def _record(task: Task, step: Step[Orientation], after: Orientation) -> IterationRecord:
-    has_unknown_points = len(task.problem.known.unknown) > 0 or task.problem.common.rank > 0
+    has_unknown_points = len(task.problem.known.unknown) > 0 or bool(task.problem.common.by_ground.any())
     factor = task.problem.common.factor
     return IterationRecord(
         rotation=step.state.rotation,

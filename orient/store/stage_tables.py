@@ -9,7 +9,14 @@ STAGE_TABLES: dict[str, tuple[str, ...]] = {
     "sheet": ("map_sheet", "graticule_cross", "digitizer_reading"),
     "control": ("control_point", "control_system"),
     "model": ("model_point",),
-    "refine": ("cycle_residual", "interior_orientation", "interior_parameter", "fiducial_residual", "image_point"),
+    "refine": (
+        "cycle_residual",
+        "interior_orientation",
+        "interior_parameter",
+        "interior_covariance",
+        "fiducial_residual",
+        "image_point",
+    ),
     "digitize": (
         "sheet_transform",
         "sheet_coefficient",
@@ -32,6 +39,8 @@ STAGE_TABLES: dict[str, tuple[str, ...]] = {
         "adjusted_coefficient",
         *TEST_TABLES,
         "external_reliability",
+        "adjusted_interior",
+        "source_cofactor",
     ),
     "covariance": (
         "ground_covariance",
@@ -42,6 +51,7 @@ STAGE_TABLES: dict[str, tuple[str, ...]] = {
         "closed_form_condition",
         "focal_cofactor",
         "focal_sum",
+        "error_budget",
     ),
     "absolute": (
         "absolute_orientation",

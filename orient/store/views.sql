@@ -369,34 +369,53 @@ ORDER BY g.run_id, g.point;
 -- v_error_budget: which part of the error of each ground coordinate comes from what
 --   version: version of covariance
 --   is_current: 1 for the current version
---   point: point
---   role: control | check
---   axis: X grid north | Y grid east
---   sigma_m: standard deviation of the coordinate, all parts
---   orientation_m: part of the orientation
---   reading_m: part of the image reading of the point
---   height_m: part of the height of the point
---   orientation_percent: share of the orientation in the variance
---   reading_percent: share of the image reading in the variance
---   height_percent: share of the height in the variance
---   image_sigma_mm: standard deviation of an image coordinate of the point, mean of x and y
+--   point: point; empty for the median over all points of the photo
+--   role: control | check; median of the photo
+--   quantity: X grid north | Y grid east | a semi-major axis of the error ellipse
+--   source: image readings | interior orientation | digitiser | map graticule | heights | survey | camera
+--   sigma_m: standard deviation that this source alone would cause
+--   share_percent: share of the source in the variance of the quantity; those of a point sum to 100
+--   photo_percent: share that comes through what all points of the photo have in common, its orientation
+--   total_sigma_m: standard deviation of the quantity, all sources
 CREATE VIEW v_error_budget AS
-SELECT v.version, v.is_current, b.point, b.role, b.axis, sqrt(b.o + b.r + b.h) AS sigma_m,
-       sqrt(b.o) AS orientation_m, sqrt(b.r) AS reading_m, sqrt(b.h) AS height_m,
-       100.0 * b.o / nullif(b.o + b.r + b.h, 0.0) AS orientation_percent,
-       100.0 * b.r / nullif(b.o + b.r + b.h, 0.0) AS reading_percent,
-       100.0 * b.h / nullif(b.o + b.r + b.h, 0.0) AS height_percent,
-       sqrt((p.cov_xx_mm2 + p.cov_yy_mm2) / 2.0) AS image_sigma_mm
-FROM (
-    SELECT run_id, point, role, 'X' AS axis, "K_XX_m2" AS o, "reading_XX_m2" AS r, "height_XX_m2" AS h
+WITH along AS (
+    SELECT run_id, point, role, 'X' AS quantity, 1.0 AS c, 0.0 AS s FROM ground_covariance
+    UNION ALL SELECT run_id, point, role, 'Y', 0.0, 1.0 FROM ground_covariance
+    UNION ALL SELECT run_id, point, role, 'a', cos(radians(ellipse_azimuth_deg)), sin(radians(ellipse_azimuth_deg))
     FROM ground_covariance
-    UNION ALL
-    SELECT run_id, point, role, 'Y', "K_YY_m2", "reading_YY_m2", "height_YY_m2" FROM ground_covariance
-) AS b
-JOIN v_version AS v ON v.run_id = b.run_id
-LEFT JOIN run_input AS i ON i.run_id = b.run_id AND i.role = 'refine'
-LEFT JOIN image_point AS p ON p.run_id = i.input_run_id AND p.point = b.point
-ORDER BY b.run_id, b.point, b.axis;
+), part AS (
+    SELECT a.run_id, a.point, a.role, a.quantity, b.source, b.part,
+           a.c * a.c * b."cov_XX_m2" + 2.0 * a.c * a.s * b."cov_XY_m2" + a.s * a.s * b."cov_YY_m2" AS variance
+    FROM along AS a JOIN error_budget AS b ON b.run_id = a.run_id AND b.point = a.point
+), by_source AS (
+    SELECT run_id, point, role, quantity, source, sum(variance) AS variance,
+           sum(CASE part WHEN 'photo' THEN variance ELSE 0.0 END) AS of_photo
+    FROM part GROUP BY run_id, point, role, quantity, source
+), share AS (
+    SELECT *, sum(variance) OVER (PARTITION BY run_id, point, quantity) AS total FROM by_source
+), answer AS (
+    SELECT run_id, point, role, quantity, source, sqrt(max(variance, 0.0)) AS sigma_m,
+           100.0 * variance / nullif(total, 0.0) AS share_percent,
+           100.0 * of_photo / nullif(total, 0.0) AS photo_percent, sqrt(total) AS total_sigma_m
+    FROM share
+), ranked AS (
+    SELECT *, count(*) OVER of_all AS n, row_number() OVER (of_all ORDER BY sigma_m) AS by_sigma,
+           row_number() OVER (of_all ORDER BY share_percent) AS by_share,
+           row_number() OVER (of_all ORDER BY photo_percent) AS by_photo,
+           row_number() OVER (of_all ORDER BY total_sigma_m) AS by_total
+    FROM answer WINDOW of_all AS (PARTITION BY run_id, quantity, source)
+), median AS (
+    SELECT run_id, '' AS point, 'median of the photo' AS role, quantity, source,
+           avg(CASE WHEN by_sigma IN ((n + 1) / 2, n / 2 + 1) THEN sigma_m END) AS sigma_m,
+           avg(CASE WHEN by_share IN ((n + 1) / 2, n / 2 + 1) THEN share_percent END) AS share_percent,
+           avg(CASE WHEN by_photo IN ((n + 1) / 2, n / 2 + 1) THEN photo_percent END) AS photo_percent,
+           avg(CASE WHEN by_total IN ((n + 1) / 2, n / 2 + 1) THEN total_sigma_m END) AS total_sigma_m
+    FROM ranked GROUP BY run_id, quantity, source
+)
+SELECT v.version, v.is_current, e.point, e.role, e.quantity, e.source, e.sigma_m, e.share_percent, e.photo_percent,
+       e.total_sigma_m
+FROM (SELECT * FROM median UNION ALL SELECT * FROM answer) AS e JOIN v_version AS v ON v.run_id = e.run_id
+ORDER BY e.run_id, e.point, instr('XYa', e.quantity), e.share_percent DESC;
 
 -- v_adjustment_test: does each adjustment fit the sigmas given (chi^2 at 5 %), and which test its observations met
 --   stage: stage

@@ -10,7 +10,7 @@ import pytest
 
 from tests.cli.commands import ROOT, orient, orient_process
 
-PLOTS = ("accuracy", "ellipses", "residuals")
+PLOTS = ("accuracy", "budget", "ellipses", "residuals")
 STARTS = {"svg": b"<?xml", "png": b"\x89PNG"}
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -46,6 +46,13 @@ def test_every_point_is_drawn(aerial: Path) -> None:
     assert "computed minus measured" in residuals
     assert "times)" in residuals
     assert "semi-axis" in orient("plot", aerial, "ellipses", "-o", "-").out
+
+
+def test_the_budget_names_its_sources_and_every_point(space: Path) -> None:
+    svg = orient("plot", space, "budget", "-o", "-").out
+    for text in ("digitiser", "image readings", "heights", "interior orientation", "P01", "P36", "median", "95 %"):
+        assert text in svg, text
+    assert "map graticule" not in svg
 
 
 REFUSED = {

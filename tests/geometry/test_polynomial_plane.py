@@ -45,6 +45,13 @@ def test_linear_transformations_are_their_partials(name):
     np.testing.assert_allclose(plane.apply(name, PARAMETERS[name], XY), by_partials, rtol=1e-14)
 
 
+@pytest.mark.parametrize("name", PARAMETERS)
+def test_the_inverse_comes_back(name):
+    XY = RANDOM.uniform(-50, 50, (8, 2))
+    xy = plane.apply(name, PARAMETERS[name], XY)
+    np.testing.assert_allclose(plane.invert(name, PARAMETERS[name], xy), XY, atol=1e-10)
+
+
 def test_the_similarity_of_the_module():
     np.testing.assert_allclose(plane.apply("similarity", [3, -2, 0.9, 0.2], [[10, 20]]), [[16.0, 14.0]])
 

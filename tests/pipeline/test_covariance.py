@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from orient.geometry import plane
+from orient.geometry.plane import PARAMETER_NAMES
 from orient.geometry.rotation import matrix_from_quaternion, rotation_exp
 from orient.pipeline import covariance
 from orient.pipeline.frames import frame_of
@@ -18,11 +20,16 @@ from tests.jacobian import central_difference
 from tests.pipeline.made import Array, matrix_of, settings
 
 SIGMAS = 3.5
-STEPS = np.array([1e-6, 1e-6, 1e-6, 0.1, 0.1, 0.1])
+STEPS = np.array([1e-6, 1e-6, 1e-6, 0.1, 0.1, 0.1, 1e-3, 1e-5, 1e-5, 1e-3, 1e-5, 1e-5])
+"""Of the six elements, then of a0 a1 a2 b0 b1 b2."""
 
 
 def by_point(rows: Mapping[str, Tables], stage: str, table: str) -> dict[str, Row]:
     return {str(row["point"]): row for row in rows[stage][table]}
+
+
+def by_name(rows: Mapping[str, Tables], stage: str, table: str) -> dict[str, float]:
+    return {str(row["name"]): float(row["value"]) for row in rows[stage][table]}  # type: ignore[arg-type]
 
 
 def test_check_points_lie_within_their_errors(space_tables: Mapping[str, Tables]) -> None:
@@ -42,8 +49,12 @@ def test_check_points_lie_within_their_errors(space_tables: Mapping[str, Tables]
 def test_k_is_c_q_c_of_the_ray_by_differences(space_tables: Mapping[str, Tables]) -> None:
     frame = frame_of(space_tables["topocentric"]["topocentric_frame"][0], ground_of(space_tables["photo"]["photo"][0]))
     (found,) = space_tables["resection"]["orientation"]
-    packed = [row["value"] for row in space_tables["resection"]["cofactor"] if row["unknowns"] == "rotation"]
+    packed = [row["value"] for row in space_tables["resection"]["cofactor"] if row["unknowns"] == "ray"]
     Q = float(found["variance_scale"]) * unpack_upper(np.array(packed, dtype=float))  # type: ignore[arg-type]
+    fitted, adjusted = (
+        np.array([by_name(space_tables, *table)[name] for name in PARAMETER_NAMES["affine"]], dtype=float)
+        for table in (("refine", "interior_parameter"), ("resection", "adjusted_interior"))
+    )
     rotation = matrix_from_quaternion(np.array([found[name] for name in ("q_w", "q_x", "q_y", "q_z")], dtype=float))
     station = np.array([found[name] for name in ("X_S_m", "Y_S_m", "Z_S_m")], dtype=float)
     image, given = (
@@ -52,20 +63,24 @@ def test_k_is_c_q_c_of_the_ray_by_differences(space_tables: Mapping[str, Tables]
     for row in space_tables["covariance"]["ground_covariance"]:
         name = str(row["point"])
         xy = np.array([[image[name]["x_mm"], image[name]["y_mm"]]], dtype=float)
+        read = np.array([[image[name]["x_comparator_mm"], image[name]["y_comparator_mm"]]], dtype=float)
         up = np.array([[given[name][f"up_{axis}"] for axis in "XYZ"]], dtype=float)
         place = np.array([[row[f"{axis}_m"] for axis in "XYZ"]], dtype=float)
         level = np.array([1.0, 0.0, 0.0]) - up[0, 0] * up[0]
         first = level / np.linalg.norm(level)
         axes = np.array([first, np.cross(up[0], first)])  # (1, 0, 0) and (0, 1, 0) at the origin
 
-        def ray(step: Array, xy: Array = xy, up: Array = up, place: Array = place, axes: Array = axes) -> Array:
-            moved = frame.right_handed(station + step[3:])
+        def ray(
+            step: Array, xy: Array = xy, read: Array = read, up: Array = up, place: Array = place, axes: Array = axes
+        ) -> Array:
+            moved = frame.right_handed(station + step[3:6])
             turned = rotation_exp(step[:3]) @ rotation
             level_of = frame.right_handed(place)
-            point = ray_at_height(xy, moved, turned, float(found["f_mm"]), level_of, frame.right_handed(up))  # type: ignore[arg-type]
+            seen = xy + plane.apply("affine", adjusted + step[6:], read) - plane.apply("affine", fitted, read)
+            point = ray_at_height(seen, moved, turned, float(found["f_mm"]), level_of, frame.right_handed(up))  # type: ignore[arg-type]
             return np.asarray(axes @ frame.right_handed(point)[0])
 
-        C = central_difference(ray, np.zeros(6), STEPS)
+        C = central_difference(ray, np.zeros(12), STEPS)
         K = C @ Q @ C.T
         stored = [row[f"K_{part}_m2"] for part in ("XX", "XY", "YY")]
         assert stored == pytest.approx([K[0, 0], K[0, 1], K[1, 1]], rel=1e-4, abs=1e-4 * K.max()), name
@@ -108,7 +123,10 @@ def test_pairs_in_the_scale_of_the_image(space_file: Path) -> None:
 def assert_joint_covariance_is_possible(
     space_tables: Mapping[str, Tables], pairs: Mapping[tuple[object, object], list[object]]
 ) -> None:
-    """The matrix of all points together has no negative eigenvalue, and rank 6: that of the elements."""
+    """The matrix of all points together has no negative eigenvalue, and rank 11.
+
+    Six elements and six parameters of the interior orientation, where a turn of the film does what kappa does.
+    """
     rows = space_tables["covariance"]["ground_covariance"]
     place = {row["point"]: 2 * i for i, row in enumerate(rows)}
     whole = np.zeros((2 * len(rows), 2 * len(rows)))
@@ -122,7 +140,7 @@ def assert_joint_covariance_is_possible(
         whole[i : i + 2, j : j + 2], whole[j : j + 2, i : i + 2] = block, block.T
     eigenvalues = np.linalg.eigvalsh(whole)
     assert eigenvalues[0] > -1e-9 * eigenvalues[-1]
-    assert np.sum(eigenvalues > 1e-9 * eigenvalues[-1]) == 6
+    assert np.sum(eigenvalues > 1e-9 * eigenvalues[-1]) == 11
 
 
 def test_the_ellipse_holds_the_sigmas(space_tables: Mapping[str, Tables]) -> None:

@@ -123,10 +123,32 @@ def test_orientation_has_sigmas(full: Path) -> None:
 
 
 def test_error_budget_sums_to_the_whole(full: Path) -> None:
-    with open_project(full) as project:
-        columns = "orientation_percent + reading_percent + height_percent, sigma_m, image_sigma_mm"
-        _, rows = project.query(f"SELECT {columns} FROM v_error_budget WHERE is_current AND axis = 'X'")
-    assert rows == [(pytest.approx(100.0), pytest.approx(1.5**0.5), pytest.approx(0.5**0.5))]
+    """Two points: along X one has 4 + 1 + 3, the other 9 + 1; along the ellipse's axis at 90 deg only Y counts."""
+    ground, budget = (row_of(Base.metadata.tables[name]) for name in ("ground_covariance", "error_budget"))
+    points = [{**ground, "point": name, "ellipse_azimuth_deg": 90.0} for name in ("1", "2")]
+    variances = [
+        ("1", "image readings", "photo", 4.0), ("1", "image readings", "point", 1.0), ("1", "survey", "photo", 3.0),
+        ("2", "image readings", "photo", 9.0), ("2", "survey", "photo", 1.0),
+    ]  # fmt: skip
+    parts = [
+        {**budget, "point": point, "source": source, "part": part, "cov_XX_m2": value, "cov_YY_m2": 2 * value}
+        for point, source, part, value in variances
+    ]
+    with open_project(full, "write") as project:
+        project.append(
+            new_run(project, "covariance", outcome=Outcome({"ground_covariance": points, "error_budget": parts}))
+        )
+        columns = "point, quantity, source, sigma_m, share_percent, photo_percent, total_sigma_m"
+        _, rows = project.query(f"SELECT {columns} FROM v_error_budget WHERE is_current")
+    by_key = {row[:3]: row[3:] for row in rows}
+    assert len(rows) == 3 * (2 + 4)
+    assert by_key["1", "X", "image readings"] == pytest.approx((5**0.5, 62.5, 50.0, 8**0.5))
+    assert by_key["1", "X", "survey"] == pytest.approx((3**0.5, 37.5, 37.5, 8**0.5))
+    assert by_key["1", "a", "survey"] == pytest.approx((6**0.5, 37.5, 37.5, 16**0.5))
+    assert by_key["2", "Y", "image readings"] == pytest.approx((18**0.5, 90.0, 90.0, 20**0.5))
+    assert by_key["", "X", "survey"] == pytest.approx(
+        ((3**0.5 + 1) / 2, (37.5 + 10) / 2, 23.75, (8**0.5 + 10**0.5) / 2)
+    )
 
 
 def test_views_of_the_absolute_orientation_are_in_the_papers_order_and_in_degrees(full: Path) -> None:

@@ -37,6 +37,7 @@ class Draw(Protocol):
 
 PLOTS = (
     Plot("accuracy", "ground sigma over the frame, with contours", ("photo", "resection", "covariance")),
+    Plot("budget", "which source each ground sigma comes from", ("photo", "covariance")),
     Plot("ellipses", "error ellipses of the points on the ground", ("photo", "topocentric", "covariance")),
     Plot("residuals", "the frame with the residual vectors", ("photo", "resection")),
 )

@@ -1,0 +1,92 @@
+"""Rows of `error_budget`: how much of the covariance of a ground point comes from which source of errors.
+
+dP = T d(e, c) + J dx + h dH with T = [C, J H]: a new ray depends on the elements e and, through H = dx/dc, on the
+interior orientation c of the photo, whose errors are those of e too. With the parts Sigma_s of their covariance
+(`source_cofactor`), K = T Sigma T' = sum of T Sigma_s T'; the own reading and the own height of the point stand apart.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from orient.geometry import plane
+from orient.pipeline.error_sources import HEIGHTS, IMAGE, SOURCES
+from orient.pipeline.frames import Frame
+from orient.pipeline.interior_unknowns import InteriorUnknowns, image_shift, interior_unknowns
+from orient.pipeline.tables import Array, group, required
+from orient.solvers.packed import unpack_upper
+from orient.values import Row, Tables
+
+PHOTO, POINT = "photo", "point"
+PARTS = ("XX", "XY", "YY")
+Rows = list[dict[str, str | int | float | None]]
+
+
+@dataclass(frozen=True, slots=True)
+class RayUnknowns:
+    """All that a new image ray depends on: elements and, where it was adjusted, the interior orientation .
+
+    `cofactor` (6+k, 6+k), k parameters of the interior orientation, and its parts by source; right-handed frame.
+    """
+
+    cofactor: Array
+    by_source: dict[str, Array]
+    interior: InteriorUnknowns | None
+    adjusted: Sequence[Row]
+
+    def image(self, image: Array, comparator: Array) -> Array:
+        """(n, 2) image coordinates with the adjusted interior orientation."""
+        return np.asarray(image + image_shift(self.interior, self.adjusted, comparator))
+
+    def jacobian(self, C: Array, J: Array, comparator: Array) -> Array:
+        """T = [C, J H] (n, 3, 6+k) from C (n, 3, 6) and J (n, 3, 2)."""
+        if self.interior is None:
+            return C
+        return np.concatenate([C, J @ self.interior.by_image(comparator)], axis=2)
+
+    def comparator(self, in_frame: Array) -> Array:
+        """(n, 2) comparator coordinates of places of the fiducial system [mm]; those without fiducial marks."""
+        if self.interior is None:
+            return in_frame
+        return plane.invert(self.interior.transformation, self.interior.values, in_frame)
+
+
+def ray_unknowns_of(refine: Tables, resection: Tables, frame: Frame) -> RayUnknowns:
+    """As the stage `resection` stored them."""
+    adjusted = resection.get("adjusted_interior", ())
+    unknowns = "ray" if adjusted else "rotation"
+    whole = _matrix([row for row in resection["cofactor"] if row["unknowns"] == unknowns], frame)
+    parts = {source: _matrix(rows, frame) for source, rows in group(resection["source_cofactor"], "source").items()}
+    return RayUnknowns(whole, parts, interior_unknowns(refine) if adjusted else None, adjusted)
+
+
+def _matrix(rows: Sequence[Row], frame: Frame) -> Array:
+    stored = unpack_upper(np.array([required(row, "value") for row in rows]))
+    turn = np.eye(len(stored))
+    turn[3:6, 3:6] = frame.partner
+    return np.asarray(turn @ stored @ turn)
+
+
+def budget_rows(
+    points: Sequence[str], T: Array, rays: RayUnknowns, variance_scale: float, reading: Array, height: Array
+) -> Rows:
+    """One row for each of the n `points`, source and part; `T` (n, 2, 6+k) in the plan axes of each point.
+
+    `reading`, `height` (n, 2, 2): covariances of the own reading and the own height, in the same axes.
+    """
+    ordered = sorted(rays.by_source, key=lambda source: SOURCES.index(source) if source in SOURCES else len(SOURCES))
+    parts = [(source, PHOTO, variance_scale * T @ rays.by_source[source] @ T.transpose(0, 2, 1)) for source in ordered]
+    parts += [(IMAGE, POINT, reading)]
+    if height.any():
+        parts.append((HEIGHTS, POINT, height))
+    return [
+        {"point": point, "source": source, "part": part, **_columns(covariance[i])}
+        for i, point in enumerate(points)
+        for source, part, covariance in parts
+    ]
+
+
+def _columns(covariance: Array) -> dict[str, str | int | float | None]:
+    values = (covariance[0, 0], covariance[0, 1], covariance[1, 1])
+    return {f"cov_{part}_m2": float(value) for part, value in zip(PARTS, values, strict=True)}
