@@ -18,6 +18,8 @@ REMEDIES = {
     "bad_mark": "Read this fiducial mark again, or compare it with the camera's certificate.",
     "ballpark": "Install the datum's grid, or accept the stated loss of accuracy.",
     "cycle_outlier": "Read the point again, or compute without such readings: --reject.",
+    "exchange": "Exchange them in the list, or correct the handedness or the sign of the image's x.",
+    "far_point": "Correct its coordinates, or leave it out of the control.",
     "fiducials_unused": "Give the calibrated marks in photo.toml, or leave their readings out.",
     "fiducial_unmatched": "Give the mark the same name in photo.toml and in the readings.",
     "level_ray": "Do not use ground places of this point: the ray hardly meets the ground.",

@@ -144,7 +144,9 @@ def _choose(
     """The solution, and the other valid ones by growing v'Pv.
 
     A singular end that fits as well as the best valid one wins over it: the control does not tell them apart. So
-    does one behind the camera or below the ground that alone fits: the axes of the data are wrong.
+    does one behind the camera or below the ground that alone fits: the axes of the data are wrong. And so does one
+    without an end that fits better: in the weakest geometry (a plane seen straight on through a long lens) the best
+    place is no minimum of the linearised equations.
     """
     ranked = sorted(refined, key=lambda end: end[0].linear.vPv)
     valid = _distinct_solutions([end for end in ranked if end[1] is Termination.CONVERGED])
@@ -153,6 +155,9 @@ def _choose(
         return _least_bad(ranked), ()
     if misplaced and FAR_BETTER * (misplaced[0][0].linear.vPv + task.reading_noise) < valid[0][0].linear.vPv:
         return misplaced[0], ()
+    unfinished = [end for end in ranked if end[1] in (Termination.NO_DESCENT, Termination.MAX_ITERATIONS)]
+    if unfinished and _nearly_as_good(task, unfinished[0][0].linear.vPv) < valid[0][0].linear.vPv:
+        return unfinished[0], ()
     limit = _nearly_as_good(task, valid[0][0].linear.vPv)
     as_good = [end for end in valid if end[0].linear.vPv <= limit]
     # without redundancy everything fits, with it a camera that ran into a point is no rival of one that fits far better

@@ -95,8 +95,8 @@ class Resection:
     Q (6, 6): cofactors of r_X, r_Y, r_Z [rad], X_S, Y_S, Z_S [m]; v = computed - measured [mm]; `equations` (n, 2, 9):
     partials by alpha, omega, kappa, X_S, Y_S, Z_S, X, Y, Z at the solution. NaN in Q and the redundancy numbers when
     the geometry is singular; `undetermined` names the combination of unknowns that is not determined, or hardly
-    (condition ratio below 1e-4). `ground` (n, 3) and its cofactors hold the share of the common unknowns; `common` (k,): their adjusted corrections c; `joint_cofactors` (6+k, 6+k) of
-    the elements and c.
+    (condition ratio below 1e-4). `ground` (n, 3) and its cofactors hold the share of the common unknowns; `common`
+    (k,): their adjusted corrections c; `joint_cofactors` (6+k, 6+k) of the elements and c.
     """
 
     termination: Termination
@@ -185,7 +185,7 @@ def resection_result(
     Q, quality = _quality(problem, iterated, termination)
     return Resection(
         termination=termination,
-        message=_message(termination, undetermined if is_singular else ""),
+        message=_message(termination, undetermined),
         rotation=state.rotation,
         station=state.station + task.origin,
         f_mm=problem.f_mm,
@@ -244,7 +244,10 @@ def _undetermined(task: Task, iterated: Refined) -> str:
 
 
 def _message(termination: Termination, undetermined: str) -> str:
-    return f"{MESSAGES[termination]} Undetermined: {undetermined}." if undetermined else MESSAGES[termination]
+    if not undetermined or termination is Termination.CONVERGED:
+        return MESSAGES[termination]
+    degree = "Undetermined" if termination is Termination.SINGULAR else "Hardly determined"
+    return f"{MESSAGES[termination]} {degree}: {undetermined}."
 
 
 def _records(task: Task, iterated: Refined) -> tuple[IterationRecord, ...]:

@@ -22,6 +22,8 @@ MIRRORED = 3
 NEARLY_FLAT, SOME_RELIEF = 0.1, 1e-3
 """Thickness over length of the control: below, a plane may serve; above, twelve coefficients are determined."""
 MOST_POINTS = 1000
+FARTHEST = 1e8
+"""Camera distance in sizes of the control beyond which a candidate is rounding, no orientation."""
 
 
 class Method(StrEnum):
@@ -99,7 +101,7 @@ def _closed_forms(
         found += [(R, S, (), Method.PLANE) for R, S in flat]
     if near is not None:
         found.append((_rotation_from_directions(rays, ground - near), near, (), Method.STATION))
-    return found
+    return [form for form in found if np.linalg.norm(form[1]) < FARTHEST]
 
 
 def _best_first(candidates: Sequence[Candidate]) -> list[Candidate]:

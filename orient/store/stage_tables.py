@@ -20,6 +20,8 @@ STAGE_TABLES: dict[str, tuple[str, ...]] = {
         "image_residual",
         "adjusted_point",
         "adjusted_coefficient",
+        "start_candidate",
+        "resection_solution",
     ),
     "covariance": ("ground_covariance", "ground_covariance_pair"),
 }
