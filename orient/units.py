@@ -26,7 +26,7 @@ def format_dms(degrees: float, seconds_decimals: int = 2) -> str:
 def in_words(metres: float) -> str:
     """A length for a sentence: `1 mm`, `80 m`, `5,000 km`."""
     if metres < 1.0:
-        return f"{1000 * metres:.3g} mm"
+        return f"{1000 * metres:.2g} mm"
     return f"{metres:,.4g} m" if metres < 10_000 else f"{metres / 1000:,.4g} km"
 
 

@@ -83,10 +83,10 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     found = _solve(photo, ground, frame, control, shared, sigma0, settings)
     traces = trace_tables(found, frame, control.points, () if shared is None else shared.coefficients)
     traces = {**traces, **start_tables(found, frame, control.points, full.tolist(), control.ground)}
-    if found.termination == "CONVERGED":
-        events += resection_findings(found, frame, control.points, sigma0)
     judged = verdict(found, _scene(photo, ground, frame, control.at(full.tolist()), sigma0))
-    events += judged.events
+    findings = resection_findings(found, frame, control.points, sigma0) if found.termination == "CONVERGED" else []
+    # that it is ambiguous is then the refusal itself
+    events += [*judged.events, *(event for event in findings if not judged.error or event.code != "ambiguous")]
     if judged.error:
         return Outcome(traces, events, error=judged.error, hint=judged.hint)
     use_posteriori = settings["variance"] == "posteriori" and found.redundancy > 0
@@ -141,7 +141,7 @@ def _require_enough(control: Observations) -> None:
         listed = f" ({', '.join(full)})" if full else ""
         raise GeometryError(
             f"{len(full)} control points with all three coordinates in the photo{listed}; "
-            f"at least {MINIMUM_POINTS} are needed",
+            f"at least {MINIMUM_POINTS} are needed (2 values each, 6 unknowns)",
             "Measure more control points, or give the missing coordinates.",
         )
 

@@ -17,6 +17,7 @@ MICROMETRES = 1000.0
 NO_FIT_SHARE = 0.05
 """Residuals over the spread of the image points, both rms: beyond, the coordinates are not those of this photo."""
 EXCHANGE_GAIN = 5.0
+NEARLY_FLAT = 0.05
 DECISIVE = 0.5
 """The approximate station chooses an orientation that is at most half as far from it as any other."""
 DOUBLE_ROOT = 1e-6
@@ -61,7 +62,8 @@ def verdict(found: Resection, scene: Scene) -> Verdict:
     if len(scene.points) == len(found.residuals) == 3 and found.condition_ratio < DOUBLE_ROOT:
         message = "SINGULAR: The control does not determine the orientation."
         return Verdict(message + _cylinder(found, scene), HINTS[Termination.SINGULAR])
-    return _ambiguous(found, scene)
+    refused = _ambiguous(found, scene)
+    return refused if refused.error else _mirrored(found, scene)
 
 
 HINTS = {
@@ -104,19 +106,48 @@ def _exchange(found: Resection, scene: Scene) -> tuple[Event, ...]:
     A mirrored photo (x with the wrong sign) or a wrong handedness is the same for the fit.
     """
     n = len(scene.points)
-    if 2 * n <= 6 or (found.termination is Termination.CONVERGED and not fails_global_test(found, scene.sigma0_mm)):
+    does_not_fit = found.termination is not Termination.CONVERGED or fails_global_test(found, scene.sigma0_mm)
+    if 2 * n <= 6 or not does_not_fit:
         return ()
     before = _sigma0(found)
     is_misplaced = found.termination in (Termination.BEHIND_CAMERA, Termination.BELOW_GROUND)
     for name, ground, up in _exchanged_grounds(scene):
         after = _fit(found.f_mm, scene, ground, up)
         if after is not None and EXCHANGE_GAIN * after < before:
-            was, now = (f"{MICROMETRES * sigma0:.3g} um" for sigma0 in (before, after))
+            was, now = (_micrometres(sigma0) for sigma0 in (before, after))
             return (Event("warning", "exchange", "", f"exchange of {name} lowers sigma0 from {was} to {now}", after),)
         if after is not None and is_misplaced and after <= before + scene.sigma0_mm:
             message = f"with {name} exchanged the control fits and the camera is on the right side"
             return (Event("warning", "exchange", "", message, after),)
     return ()
+
+
+def _micrometres(sigma0_mm: float) -> str:
+    value = MICROMETRES * sigma0_mm
+    return f"{value:.3g} um" if value < 1000 else f"{value:,.0f} um"
+
+
+def _mirrored(found: Resection, scene: Scene) -> Verdict:
+    """A terrestrial photo of points on a plane: data with exchanged axes fit as well, from the plane's other side."""
+    centre = scene.ground.mean(axis=0)
+    _, thickness, axes = np.linalg.svd(scene.ground - centre, full_matrices=False)
+    if scene.camera_above is not None or len(scene.points) <= 3 or thickness[-1] > NEARLY_FLAT * thickness[0]:
+        return Verdict()
+    after = _fit(found.f_mm, scene, scene.ground[:, [1, 0, 2]], UP)
+    if after is None or after > 2 * _sigma0(found) + scene.sigma0_mm:
+        return Verdict()
+    if scene.near is None:
+        height = float(found.station[2] - centre[2])
+        message = (
+            "the control lies on a plane and fits as well with X and Y exchanged: make sure that the camera stood on "
+            f"this side of it, {abs(height):.4g} m {'below' if height < 0 else 'above'} the mean of the points"
+        )
+        return Verdict(events=(Event("warning", "mirror", "", message),))
+    if (axes[2] @ (found.station - centre)) * (axes[2] @ (scene.near - centre)) < 0:
+        return Verdict(
+            "WRONG_SIDE: the approximate station lies on the other side of the control's plane", EXCHANGE_HINT
+        )
+    return Verdict()
 
 
 def _exchanged_grounds(scene: Scene) -> list[tuple[str, Array, Array]]:

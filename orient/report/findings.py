@@ -23,6 +23,7 @@ REMEDIES = {
     "fiducials_unused": "Give the calibrated marks in photo.toml, or leave their readings out.",
     "fiducial_unmatched": "Give the mark the same name in photo.toml and in the readings.",
     "level_ray": "Do not use ground places of this point: the ray hardly meets the ground.",
+    "mirror": "Give an approximate station, or a control point off the plane.",
     "mirrored": "Check the directions of the axes (x_axis, y_axis; handedness of the ground).",
     "no_control": "Give these points coordinates, or read past this if they are meant as new points.",
     "no_coordinates": "Digitise the point, or give its coordinates in control.csv.",

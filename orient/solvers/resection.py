@@ -37,6 +37,7 @@ NEARLY_AS_GOOD = 4.0
 UNLIKELY = 13.8
 """2 ln 1000: v'Pv / sigma0^2 that an orientation loses against one that is a thousand times more likely."""
 FAR_BETTER = 100.0
+FITS, HOPELESS = 0.005, 0.05
 ROUNDING_SHARE = 1e-10
 
 
@@ -105,8 +106,15 @@ def resect(
 
 
 def _worth_refining(task: Task, starts: Sequence[Candidate]) -> list[Candidate]:
-    """The best distinct starts; two with points behind the camera too, to tell wrong axes from a bad fit."""
-    ground = task.problem.known.given
+    """The best distinct starts; two with points behind the camera too, to tell wrong axes from a bad fit.
+
+    Where one fits already, those that miss by a twentieth of the image's spread are passed over: three-point starts
+    near a rival that fits too would be better than that.
+    """
+    ground, image = task.problem.known.given, task.problem.image[task.full]
+    spread = float(np.sqrt(np.mean(np.sum((image - image.mean(axis=0)) ** 2, axis=1))))
+    if starts[0].all_in_front and starts[0].rms_mm < FITS * spread:
+        starts = [start for start in starts if start.all_in_front and start.rms_mm < HOPELESS * spread]
     in_front = [start for start in starts if start.all_in_front]
     behind = sorted((start for start in starts if not start.all_in_front), key=lambda start: start.rms_mm)
     return distinct(in_front, ground) + distinct(behind, ground, limit=2)
