@@ -80,7 +80,7 @@ STAGES = (
     ),
     Stage(
         "resection",
-        2,
+        3,
         "exterior orientation",
         required=("photo", "refine", "topocentric"),
         optional=("digitize",),
