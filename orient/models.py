@@ -832,6 +832,55 @@ class AdjustedCoefficient(Base):
     variance_ratio: Mapped[float] = real("cofactor after the adjustment to that before; 1 = the photo adds nothing")
 
 
+class StartCandidate(Base):
+    """An approximate orientation from a closed form, best first: how it fits all full control points."""
+
+    __tablename__ = "start_candidate"
+    __table_args__ = (one_of("method", "three points", "direct linear", "plane", "approximate station"),)
+    run_id: Mapped[int] = run_id()
+    candidate: Mapped[int] = whole("1, 2, ...: points in front first, then by rms", primary_key=True)
+    method: Mapped[str] = text("three points | direct linear | plane | approximate station")
+    is_reversed: Mapped[int] = whole("1 if its relief was taken the other way along the camera axis")
+    points: Mapped[str] = text("the three points it comes from; empty for a form of all points")
+    X_S_m: Mapped[float] = real("projection centre, frame as in orientation")
+    Y_S_m: Mapped[float] = real("projection centre")
+    Z_S_m: Mapped[float] = real("projection centre")
+    q_w: Mapped[float] = real("unit quaternion, as in orientation")
+    q_x: Mapped[float] = real("unit quaternion")
+    q_y: Mapped[float] = real("unit quaternion")
+    q_z: Mapped[float] = real("unit quaternion")
+    rms_mm: Mapped[float | None] = real("sqrt(sum |v|^2 / n_points) of the image; NULL if not finite")
+    n_points: Mapped[int] = whole("points it was judged on")
+    n_in_front: Mapped[int] = whole("points in front of the camera")
+    height_above_m: Mapped[float] = real("Z_S minus the mean Z of these points; negative = camera below the ground")
+    solution: Mapped[int | None] = whole("where the adjustment from it ended; NULL = not adjusted")
+
+
+class ResectionSolution(Base):
+    """The distinct orientations in which the adjustment ended, from all starts; 1 is the one that was judged best.
+
+    A run has a result only if solution 1 is CONVERGED and no other one fits as well without an approximate station.
+    """
+
+    __tablename__ = "resection_solution"
+    run_id: Mapped[int] = run_id()
+    solution: Mapped[int] = whole("1 = the best, then valid ones, then the others", primary_key=True)
+    termination: Mapped[str] = text("CONVERGED, BEHIND_CAMERA, BELOW_GROUND, SINGULAR, MAX_ITERATIONS, ...")
+    is_as_good: Mapped[int] = whole("1 if it fits as well as the best valid one")
+    X_S_m: Mapped[float | None] = real("projection centre, frame as in orientation; NULL if not finite")
+    Y_S_m: Mapped[float | None] = real("projection centre")
+    Z_S_m: Mapped[float | None] = real("projection centre")
+    q_w: Mapped[float | None] = real("unit quaternion, as in orientation; NULL if not finite")
+    q_x: Mapped[float | None] = real("unit quaternion")
+    q_y: Mapped[float | None] = real("unit quaternion")
+    q_z: Mapped[float | None] = real("unit quaternion")
+    vPv: Mapped[float | None] = real("sum of weighted squared residuals; NULL if not finite")
+    n_points: Mapped[int] = whole("control points")
+    n_in_front: Mapped[int] = whole("control points in front of the camera")
+    height_above_m: Mapped[float | None] = real("Z_S minus the mean Z of the control; negative = below")
+    iterations: Mapped[int] = whole("iterations")
+
+
 class AdjustedInterior(Base):
     """Parameters of the interior orientation that were common unknowns of all image points (setting `interior`).
 

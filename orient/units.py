@@ -23,6 +23,13 @@ def format_dms(degrees: float, seconds_decimals: int = 2) -> str:
     return f"{sign}{whole_degrees} {minutes:02d} {seconds:02d}{tail}"
 
 
+def in_words(metres: float) -> str:
+    """A length for a sentence: `1 mm`, `80 m`, `5,000 km`."""
+    if metres < 1.0:
+        return f"{1000 * metres:.2g} mm"
+    return f"{metres:,.4g} m" if metres < 10_000 else f"{metres / 1000:,.4g} km"
+
+
 def wrap_half_turn(angle: float) -> float:
     """The same angle in (-pi, pi] [rad]."""
     wrapped = math.remainder(angle, 2 * math.pi)

@@ -615,6 +615,37 @@ CREATE TABLE point_test (
 )
  STRICT;
 
+CREATE TABLE resection_solution (
+	run_id INTEGER NOT NULL, 
+	solution INTEGER NOT NULL, 
+	termination TEXT NOT NULL, 
+	is_as_good INTEGER NOT NULL, 
+	"X_S_m" REAL, 
+	"Y_S_m" REAL, 
+	"Z_S_m" REAL, 
+	q_w REAL, 
+	q_x REAL, 
+	q_y REAL, 
+	q_z REAL, 
+	"vPv" REAL, 
+	n_points INTEGER NOT NULL, 
+	n_in_front INTEGER NOT NULL, 
+	height_above_m REAL, 
+	iterations INTEGER NOT NULL, 
+	CONSTRAINT pk_resection_solution PRIMARY KEY (run_id, solution), 
+	CONSTRAINT fk_resection_solution_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT "ck_resection_solution_X_S_m_finite" CHECK (X_S_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_resection_solution_Y_S_m_finite" CHECK (Y_S_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_resection_solution_Z_S_m_finite" CHECK (Z_S_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_resection_solution_q_w_finite CHECK (q_w BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_resection_solution_q_x_finite CHECK (q_x BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_resection_solution_q_y_finite CHECK (q_y BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_resection_solution_q_z_finite CHECK (q_z BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_resection_solution_vPv_finite" CHECK (vPv BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_resection_solution_height_above_m_finite CHECK (height_above_m BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
 CREATE TABLE simulated_spread (
 	run_id INTEGER NOT NULL, 
 	verified_run_id INTEGER NOT NULL, 
@@ -648,6 +679,39 @@ CREATE TABLE source_cofactor (
 	CONSTRAINT pk_source_cofactor PRIMARY KEY (run_id, source, "IJ"), 
 	CONSTRAINT fk_source_cofactor_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
 	CONSTRAINT ck_source_cofactor_value_finite CHECK (value BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
+CREATE TABLE start_candidate (
+	run_id INTEGER NOT NULL, 
+	candidate INTEGER NOT NULL, 
+	method TEXT NOT NULL, 
+	is_reversed INTEGER NOT NULL, 
+	points TEXT NOT NULL, 
+	"X_S_m" REAL NOT NULL, 
+	"Y_S_m" REAL NOT NULL, 
+	"Z_S_m" REAL NOT NULL, 
+	q_w REAL NOT NULL, 
+	q_x REAL NOT NULL, 
+	q_y REAL NOT NULL, 
+	q_z REAL NOT NULL, 
+	rms_mm REAL, 
+	n_points INTEGER NOT NULL, 
+	n_in_front INTEGER NOT NULL, 
+	height_above_m REAL NOT NULL, 
+	solution INTEGER, 
+	CONSTRAINT pk_start_candidate PRIMARY KEY (run_id, candidate), 
+	CONSTRAINT ck_start_candidate_method CHECK (method IN ('three points', 'direct linear', 'plane', 'approximate station')), 
+	CONSTRAINT fk_start_candidate_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT "ck_start_candidate_X_S_m_finite" CHECK (X_S_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_start_candidate_Y_S_m_finite" CHECK (Y_S_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT "ck_start_candidate_Z_S_m_finite" CHECK (Z_S_m BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_start_candidate_q_w_finite CHECK (q_w BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_start_candidate_q_x_finite CHECK (q_x BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_start_candidate_q_y_finite CHECK (q_y BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_start_candidate_q_z_finite CHECK (q_z BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_start_candidate_rms_mm_finite CHECK (rms_mm BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_start_candidate_height_above_m_finite CHECK (height_above_m BETWEEN -1e15 AND 1e15)
 )
  STRICT;
 

@@ -9,6 +9,7 @@ from scipy.special import chdtr, chdtrc
 from orient.geometry.collinearity import project
 from orient.pipeline.frames import Frame
 from orient.pipeline.tables import Array
+from orient.solvers.functional_iteration import WEAK_RATIO
 from orient.solvers.resection import Resection
 from orient.solvers.start_values import Candidate, start_candidates
 from orient.values import Event
@@ -22,7 +23,7 @@ SOLVER_NAME = re.compile(r"\b(r_[XYZ]|[XYZ]_S|[XYZ])\b")
 
 def resection_findings(found: Resection, frame: Frame, points: Sequence[str], sigma0: float) -> list[Event]:
     """Events about fit, redundancy, ambiguity and correlation of a result, the grave ones first."""
-    return [*_fit(found, points, sigma0), *_ambiguity(found), *_correlations(found, frame)]
+    return [*_fit(found, points, sigma0), *_ambiguity(found), *_weak(found, frame), *_correlations(found, frame)]
 
 
 def odd_points(image: Array, ground: Array, f_mm: float, points: Sequence[str]) -> list[Event]:
@@ -58,7 +59,7 @@ def _fit(found: Resection, points: Sequence[str], sigma0: float) -> list[Event]:
     if found.redundancy == 0:
         return [Event("warning", "no_redundancy", "", "no redundancy: the solution cannot be checked")]
     statistic, ratio = found.vPv / sigma0**2, (found.vPv / found.redundancy) ** 0.5 / sigma0
-    if chdtrc(found.redundancy, statistic) < GLOBAL_TEST_LEVEL:
+    if fails_global_test(found, sigma0):
         message = (
             f"sigma0 is {ratio:.3g} times its value a priori, the global test fails: a gross error, a wrong camera or "
             f"too small sigmas; {_worst(found, points)} fits worst"
@@ -68,6 +69,13 @@ def _fit(found: Resection, points: Sequence[str], sigma0: float) -> list[Event]:
         message = f"sigma0 is only {ratio:.3g} of its value a priori: the sigmas given are too large"
         return [Event("info", "global_test", "", message, ratio)]
     return []
+
+
+def fails_global_test(found: Resection, sigma0: float) -> bool:
+    """Is v'Pv too large for sigma0 a priori, by chance once in a thousand?"""
+    if found.redundancy == 0:
+        return False
+    return bool(chdtrc(found.redundancy, found.vPv / sigma0**2) < GLOBAL_TEST_LEVEL)
 
 
 def _worst(found: Resection, points: Sequence[str]) -> str:
@@ -86,6 +94,17 @@ def _ambiguity(found: Resection) -> list[Event]:
     fits = "orientation fits" if others == 1 else "orientations fit"
     message = f"{others} other {fits} as well; give an approximate station in photo.toml to choose"
     return [Event("warning", "ambiguous", "", message, float(others))]
+
+
+def _weak(found: Resection, frame: Frame) -> list[Event]:
+    """Nearly singular: the combination of unknowns that the control hardly determines."""
+    if found.condition_ratio >= WEAK_RATIO:
+        return []
+    message = (
+        f"weak geometry (singular values {found.condition_ratio:.1e} : 1), hardly determined: "
+        f"{in_stored_names(found.undetermined, frame)}"
+    )
+    return [Event("warning", "weak_geometry", "", message, found.condition_ratio)]
 
 
 def _correlations(found: Resection, frame: Frame) -> list[Event]:

@@ -9,14 +9,17 @@ from orient.errors import GeometryError
 from orient.pipeline.chain import Chain
 from orient.pipeline.common_coefficients import CommonCoefficients, common_coefficients, sheet_errors
 from orient.pipeline.error_sources import ray_cofactor_rows, source_cofactor_rows
-from orient.pipeline.findings import in_stored_names, odd_points, resection_findings
+from orient.pipeline.findings import resection_findings
 from orient.pipeline.frames import Frame, frame_of
 from orient.pipeline.ground import Ground, ground_of
 from orient.pipeline.interior_unknowns import adjusted_interior_rows, image_shift, interior_unknowns
 from orient.pipeline.resection_blunders import Chosen, Solved, Task, choose_control
+from orient.pipeline.resection_control import check_line, without_far_points
 from orient.pipeline.resection_rows import result_tables
+from orient.pipeline.resection_starts import start_tables
 from orient.pipeline.resection_test_rows import test_tables
 from orient.pipeline.resection_trace import adjusted_coefficient_rows, trace_tables
+from orient.pipeline.resection_verdict import Scene, verdict
 from orient.pipeline.tables import Array, columns, required, single
 from orient.pipeline.weights import ground_weights
 from orient.solvers.engines import Engine
@@ -80,7 +83,10 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     frame = frame_of(single(inputs["topocentric"], "topocentric_frame"), ground)
     seen, events = observations(inputs["refine"], inputs["topocentric"])
     control, check = seen.only("control"), seen.only("check")
+    near, far = without_far_points(control.ground, control.known == "XYZ", control.points, str(photo["platform"]))
+    control, events = control.at(near), [*events, *far]
     _require_enough(control)
+    check_line(control.ground[control.known == "XYZ"])
     sigma0 = required(photo, "sigma_image_mm")
     chain = _chain(control, inputs, frame, ground, sigma0, settings)
 
@@ -90,14 +96,17 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     task = Task(frame, control, chain, required(photo, "f_mm"), settings, adjust)
     chosen = choose_control(task)
     everyone, control, found = control, chosen.solved.control, chosen.solved.found
-    traces = trace_tables(found, frame, control.points, chain.unknowns)
-    if found.termination != "CONVERGED":
-        full = np.flatnonzero(control.known == "XYZ")
-        place = frame.right_handed(control.ground[full])
-        events += odd_points(control.image[full], place, found.f_mm, [control.points[int(i)] for i in full])
-        error = f"{found.termination.value}: {in_stored_names(found.message, frame)}"
-        return Outcome(traces, events, error=error, hint=_hint(found.termination))
-    events += resection_findings(found, frame, control.points, sigma0)
+    full = np.flatnonzero(control.known == "XYZ").tolist()
+    traces: Tables = {
+        **trace_tables(found, frame, control.points, chain.unknowns),
+        **start_tables(found, frame, control.points, full, control.ground),
+    }
+    judged = verdict(found, _scene(photo, ground, frame, control.at(full), sigma0))
+    findings = resection_findings(found, frame, control.points, sigma0) if found.termination == "CONVERGED" else []
+    # that it is ambiguous is then the refusal itself
+    events += [*judged.events, *(event for event in findings if not judged.error or event.code != "ambiguous")]
+    if judged.error:
+        return Outcome(traces, events, error=judged.error, hint=judged.hint)
     use_posteriori = settings["variance"] == "posteriori" and found.redundancy > 0
     tested, remarks = test_tables(task, chosen)
     chain = replace(chosen.solved.chain, sheets=sheet_errors(control.rows, inputs.get("digitize", {}), frame))
@@ -179,7 +188,7 @@ def _require_enough(control: Observations) -> None:
         listed = f" ({', '.join(full)})" if full else ""
         raise GeometryError(
             f"{len(full)} control points with all three coordinates in the photo{listed}; "
-            f"at least {MINIMUM_POINTS} are needed",
+            f"at least {MINIMUM_POINTS} are needed (2 values each, 6 unknowns)",
             "Measure more control points, or give the missing coordinates.",
         )
 
@@ -214,7 +223,8 @@ def _solve(
             max_iterations=int(settings["max_iterations"] or 0),
             names=control.points,
             engine=Engine(str(settings["engine"])),
-            camera_above=None if photo["platform"] == "terrestrial" else np.array([0.0, 0.0, 1.0]),
+            camera_above=_camera_above(photo),
+            sigma0_mm=sigma0,
         )
         solved = Solved(found, control, chain, place, up, free, weight)
         if not height_only.any() or found.termination != "CONVERGED" or frame.origin is None:
@@ -223,6 +233,24 @@ def _solve(
         if lift < HEIGHT_TOLERANCE_M:
             return solved
     return solved
+
+
+def _scene(photo: Row, ground: Ground, frame: Frame, control: Observations, sigma0: float) -> Scene:
+    """The full control points, as the verdict wants them."""
+    return Scene(
+        points=control.points,
+        image=control.image,
+        image_cofactor=control.image_covariance / sigma0**2,
+        ground=frame.right_handed(control.ground),
+        sigma0_mm=sigma0,
+        near=_approximate_station(photo, frame, ground),
+        camera_above=_camera_above(photo),
+        frame=frame,
+    )
+
+
+def _camera_above(photo: Row) -> Array | None:
+    return None if photo["platform"] == "terrestrial" else np.array([0.0, 0.0, 1.0])
 
 
 def _on_their_height(
@@ -255,15 +283,6 @@ def _approximate_station(photo: Row, frame: Frame, ground: Ground) -> Array | No
     latitude, longitude = geographic[:2] * RADIANS_PER_DEGREE
     place = frame.from_geographic(np.array([latitude]), np.array([longitude]), geographic[2:])
     return frame.right_handed(place[0])
-
-
-def _hint(termination: str) -> str:
-    return {
-        "BEHIND_CAMERA": "Check signs and axes of the image coordinates and the order of the ground coordinates.",
-        "BELOW_GROUND": "X and Y of the ground may be exchanged, or handedness is wrong; see docs/conventions.md.",
-        "SINGULAR": "Add control off the line or plane of the others, or mend the points named above.",
-        "MAX_ITERATIONS": "Check coordinates (B and L exchanged? degrees for metres?), f and the axes of the readings.",
-    }.get(termination, "Look at the iterations: orient show PROJECT resection")
 
 
 def _summary(found: Resection, sigma0: float, chosen: Chosen) -> str:

@@ -40,6 +40,18 @@ QUESTIONS = (
         "WHERE is_current AND point = ''",
     ),
     Question(
+        "starts",
+        "Which start values were tried by the last resection, and where did they lead?",
+        "SELECT candidate, method, is_reversed, points, rms_mm, in_front, height_above_m, solution, termination, "
+        "end_vPv, is_as_good FROM v_start WHERE is_latest",
+    ),
+    Question(
+        "solutions",
+        "In which orientations did the last resection end, and which of them were refused?",
+        "SELECT solution, termination, is_as_good, X_S_m, Y_S_m, Z_S_m, vPv, n_in_front, n_points, height_above_m "
+        "FROM resection_solution WHERE run_id = (SELECT max(run_id) FROM stage_run WHERE stage = 'resection')",
+    ),
+    Question(
         "residuals",
         "Image residuals, the largest first?",
         "SELECT point, role, vx_mm, vy_mm, redundancy_x, redundancy_y FROM v_residual WHERE is_current "

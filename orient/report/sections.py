@@ -11,12 +11,16 @@ class Section:
     title: str
     source: str
     columns: tuple[tuple[str, int | None], ...]
+    only: str = ""
+    """Column without which a row is not shown."""
 
 
-def _section(title: str, source: str, columns: str) -> Section:
+def _section(title: str, source: str, columns: str, only: str = "") -> Section:
     """Columns as words; `x_mm.4` is shown with four decimals."""
     parts = [word.partition(".") for word in columns.split()]
-    return Section(title, source, tuple((name, int(decimals) if decimals else None) for name, _, decimals in parts))
+    return Section(
+        title, source, tuple((name, int(decimals) if decimals else None) for name, _, decimals in parts), only
+    )
 
 
 SECTIONS: Mapping[str, tuple[Section, ...]] = {
@@ -67,6 +71,19 @@ SECTIONS: Mapping[str, tuple[Section, ...]] = {
     "topocentric": (
         _section("Frame", "topocentric_frame", "kind B_N_deg.6 L_N_deg.6 H_N_m.1 gamma_deg.6"),
         _section("Points in T'", "topocentric_point", "point role weighting known X_m.3 Y_m.3 Z_m.3"),
+    ),
+    "resection": (
+        _section(
+            "Start values that were adjusted, best first: how they fit, and where they led",
+            "start_candidate",
+            "candidate method points rms_mm.3 n_in_front solution",
+            only="solution",
+        ),
+        _section(
+            "Where they led: 1 is the best, only CONVERGED is a result",
+            "resection_solution",
+            "solution termination X_S_m.1 Y_S_m.1 Z_S_m.1 vPv.5",
+        ),
     ),
     "covariance": (
         _section(

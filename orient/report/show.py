@@ -138,6 +138,7 @@ def _print_iterations(tables: Tables) -> None:
 
 def _print_section(section: Section, rows: Sequence[Row]) -> None:
     """A table without the columns that are empty throughout."""
+    rows = [row for row in rows if not section.only or row[section.only] is not None]
     used = [column for column in section.columns if any(row[column[0]] is not None for row in rows)]
     if not used:
         return

@@ -25,6 +25,7 @@ from orient.solvers.resection_result import (
     Task,
     resection_result,
 )
+from orient.solvers.resection_starts import is_same_place, starts_and_ends
 from orient.solvers.start_values import Candidate, distinct, start_candidates
 
 __all__ = ["Alternative", "IterationRecord", "Resection", "resect"]
@@ -32,9 +33,11 @@ __all__ = ["Alternative", "IterationRecord", "Resection", "resect"]
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-SAME_SOLUTION = 1e-5
 NEARLY_AS_GOOD = 4.0
+UNLIKELY = 13.8
+"""2 ln 1000: v'Pv / sigma0^2 that an orientation loses against one that is a thousand times more likely."""
 FAR_BETTER = 100.0
+FITS, HOPELESS = 0.005, 0.05
 ROUNDING_SHARE = 1e-10
 
 
@@ -51,6 +54,7 @@ def resect(
     approximate_station: FloatArray | None = None,
     camera_above: FloatArray | None = None,
     names: Sequence[str] | None = None,
+    sigma0_mm: float = 0.0,
     engine: Engine = Engine.ZLATANOV,
     tolerance: float = 1e-10,
     max_iterations: int = 50,
@@ -67,9 +71,12 @@ def resect(
     `camera_above` (3,): up vector; the camera must then be above the mean ground. `names` only serve the messages.
     `engine`: Algorithm Z with the last steps by QR, or QR throughout.
 
-    No approximations are needed: every exact three-point resection of spread triples is a start, the best distinct
+    `sigma0_mm`: standard deviation of unit weight a priori, by which two fits are told apart; 0: by their ratio alone.
+
+    No approximations are needed: several closed forms give starts (`start_candidates`), the best distinct
     ones are refined, and the valid one (converged, all points in front, camera above) with the smallest v'Pv is the
-    result; `approximate_station` picks among those that fit equally well. The other valid ones are `alternatives`.
+    result; `approximate_station` picks among those that fit equally well. The other valid ones are `alternatives`;
+    `starts` and `ends` are all that was tried and where it led.
     Without a valid one the best is returned with its termination. Control that cannot determine a photo at all
     (fewer than three full points, points on a line, coinciding points) raises GeometryError.
     r = 2n + rank W + rank C - 6 - rank D - rank C. Source: seed 004, equations (3)-(5) corrected, with ground
@@ -83,7 +90,7 @@ def resect(
     origin = ground.mean(axis=0)
     shared = whitened(common, len(image))
     problem = ResectionProblem(image, image_cofactor, replace(known, given=ground - origin), f_mm, shared, engine)
-    task = Task(problem, origin, full, camera_above, names, tolerance, max_iterations)
+    task = Task(problem, origin, full, camera_above, names, tolerance, max_iterations, sigma0_mm)
     near = None if approximate_station is None else approximate_station - origin
     starts = start_candidates(image[full], problem.known.given[full], f_mm, near)
     if not starts:
@@ -91,14 +98,23 @@ def resect(
             "No three control points give a start: every triangle is nearly a line.",
             "Measure control points that are spread over the photo.",
         )
-    refined = [_refined(task, candidate) for candidate in _worth_refining(task, starts)]
+    worth = _worth_refining(task, starts)
+    refined = [_refined(task, candidate) for candidate in worth]
     best, alternatives = _choose(task, refined, near)
-    return resection_result(task, best, alternatives, len(starts))
+    tried, ends = starts_and_ends(task, starts, worth, refined, best, alternatives)
+    return resection_result(task, best, alternatives, tried, ends)
 
 
 def _worth_refining(task: Task, starts: Sequence[Candidate]) -> list[Candidate]:
-    """The best distinct starts; two with points behind the camera too, to tell wrong axes from a bad fit."""
-    ground = task.problem.known.given
+    """The best distinct starts; two with points behind the camera too, to tell wrong axes from a bad fit.
+
+    Where one fits already, those that miss by a twentieth of the image's spread are passed over: three-point starts
+    near a rival that fits too would be better than that.
+    """
+    ground, image = task.problem.known.given, task.problem.image[task.full]
+    spread = float(np.sqrt(np.mean(np.sum((image - image.mean(axis=0)) ** 2, axis=1))))
+    if starts[0].all_in_front and starts[0].rms_mm < FITS * spread:
+        starts = [start for start in starts if start.all_in_front and start.rms_mm < HOPELESS * spread]
     in_front = [start for start in starts if start.all_in_front]
     behind = sorted((start for start in starts if not start.all_in_front), key=lambda start: start.rms_mm)
     return distinct(in_front, ground) + distinct(behind, ground, limit=2)
@@ -136,7 +152,9 @@ def _choose(
     """The solution, and the other valid ones by growing v'Pv.
 
     A singular end that fits as well as the best valid one wins over it: the control does not tell them apart. So
-    does one behind the camera or below the ground that alone fits: the axes of the data are wrong.
+    does one behind the camera or below the ground that alone fits: the axes of the data are wrong. And so does one
+    without an end that fits better: in the weakest geometry (a plane seen straight on through a long lens) the best
+    place is no minimum of the linearised equations.
     """
     ranked = sorted(refined, key=lambda end: end[0].linear.vPv)
     valid = _distinct_solutions([end for end in ranked if end[1] is Termination.CONVERGED])
@@ -145,8 +163,10 @@ def _choose(
         return _least_bad(ranked), ()
     if misplaced and FAR_BETTER * (misplaced[0][0].linear.vPv + task.reading_noise) < valid[0][0].linear.vPv:
         return misplaced[0], ()
-    limit = np.inf if task.redundancy == 0 else NEARLY_AS_GOOD * valid[0][0].linear.vPv
-    limit = max(limit, ROUNDING_SHARE * task.reading_noise)
+    unfinished = [end for end in ranked if end[1] in (Termination.NO_DESCENT, Termination.MAX_ITERATIONS)]
+    if unfinished and _nearly_as_good(task, unfinished[0][0].linear.vPv) < valid[0][0].linear.vPv:
+        return unfinished[0], ()
+    limit = _nearly_as_good(task, valid[0][0].linear.vPv)
     as_good = [end for end in valid if end[0].linear.vPv <= limit]
     # without redundancy everything fits, with it a camera that ran into a point is no rival of one that fits far better
     share = 1.0 if task.redundancy == 0 else ROUNDING_SHARE
@@ -160,6 +180,14 @@ def _choose(
         Alternative(o.state.rotation, o.state.station + task.origin, o.linear.vPv, is_as_good=o.linear.vPv <= limit)
         for o in others
     )
+
+
+def _nearly_as_good(task: Task, vPv: float) -> float:
+    """v'Pv up to which another orientation fits as well as the best one."""
+    if task.redundancy == 0 and task.sigma0_mm == 0:
+        return np.inf
+    likely = vPv + UNLIKELY * task.sigma0_mm**2
+    return max(NEARLY_AS_GOOD * vPv, likely, ROUNDING_SHARE * task.reading_noise)
 
 
 def _least_bad(ranked: Sequence[tuple[Refined, Termination]]) -> tuple[Refined, Termination]:
@@ -176,12 +204,6 @@ def _distinct_solutions(ranked: Sequence[tuple[Refined, Termination]]) -> list[t
     """Different starts mostly end in the same place; the first of each place is kept."""
     kept: list[tuple[Refined, Termination]] = []
     for end in ranked:
-        if not any(_is_same_place(end[0], other[0]) for other in kept):
+        if not any(is_same_place(end[0], other[0]) for other in kept):
             kept.append(end)
     return kept
-
-
-def _is_same_place(one: Refined, other: Refined) -> bool:
-    turned = np.linalg.norm(one.state.rotation - other.state.rotation)
-    moved = np.linalg.norm(one.state.station - other.state.station) / other.linear.scales[3]
-    return bool(max(turned, moved) <= SAME_SOLUTION)

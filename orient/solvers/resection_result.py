@@ -12,6 +12,7 @@ from orient.solvers.common_unknowns import WhitenedCommon
 from orient.solvers.functional_iteration import Iterated, Step, Termination
 from orient.solvers.ground_points import undetermined_points
 from orient.solvers.resection_problem import ELEMENTS, Orientation, Quality, ResectionEquations, ResectionProblem
+from orient.solvers.start_values import Candidate
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -64,16 +65,41 @@ class Alternative:
 
 
 @dataclass(frozen=True, slots=True)
+class Start:
+    """A candidate for the start, and the number of the end it led to; None if it was not refined.
+
+    Not refined are candidates near a better one, and those that fit worse than the best ones.
+    """
+
+    candidate: Candidate
+    end: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """One of the places where the adjustment ended: the first is that of the result, valid ones by v'Pv follow."""
+
+    rotation: FloatArray
+    station: FloatArray
+    vPv: float
+    n_in_front: int
+    iterations: int
+    termination: Termination
+    is_as_good: bool
+
+
+@dataclass(frozen=True, slots=True)
 class Resection:
     """The adjusted exterior orientation with its whole proof; a result only if `termination` is CONVERGED.
 
     Q (6, 6): cofactors of r_X, r_Y, r_Z [rad], X_S, Y_S, Z_S [m]; v = computed - measured [mm], `computed` as it would
     be measured with the adjusted common unknowns; `equations` (n, 2, 9):
     partials by alpha, omega, kappa, X_S, Y_S, Z_S, X, Y, Z at the solution. NaN in Q and the redundancy numbers when
-    the geometry is singular, `undetermined` then names the combination of unknowns. `ground` (n, 3) and its cofactors
-    hold the share of the common unknowns; `common` (k,): their adjusted corrections c; `joint_cofactors` (6+k, 6+k) of
-    the elements and c. `problem`, `state` and `linear` are what was adjusted, its solution about the centroid of the
-    ground and the last equations, `rim` (q+6, q+6) cofactors of z and the elements: what an error budget asks for.
+    the geometry is singular; `undetermined` names the combination of unknowns that is not determined, or hardly
+    (condition ratio below 1e-4). `ground` (n, 3) and its cofactors hold the share of the common unknowns; `common`
+    (k,): their adjusted corrections c; `joint_cofactors` (6+k, 6+k) of the elements and c. `problem`, `state` and
+    `linear` are what was adjusted, its solution about the centroid of the ground and the last equations, `rim` (q+6,
+    q+6) cofactors of z and the elements: what an error budget asks for.
     """
 
     termination: Termination
@@ -103,7 +129,8 @@ class Resection:
     undetermined: str
     weak: tuple[tuple[str, str, float], ...]
     alternatives: tuple[Alternative, ...]
-    candidates_tried: int
+    starts: tuple[Start, ...]
+    ends: tuple[End, ...]
     problem: ResectionProblem
     state: Orientation
     linear: ResectionEquations
@@ -126,6 +153,7 @@ class Task:
     names: Sequence[str]
     tolerance: float
     max_iterations: int
+    sigma0_mm: float = 0.0
 
     @property
     def n_equations(self) -> int:
@@ -148,14 +176,20 @@ class Task:
 
 
 def resection_result(
-    task: Task, end: tuple[Refined, Termination], alternatives: tuple[Alternative, ...], tried: int
+    task: Task,
+    end: tuple[Refined, Termination],
+    alternatives: tuple[Alternative, ...],
+    starts: tuple[Start, ...],
+    ends: tuple[End, ...],
 ) -> Resection:
     """Everything that the adjustment found, about the origin of the given ground."""
     iterated, termination = end
     problem, state, linear = task.problem, iterated.state, iterated.linear
     computed, zs = project(state.ground, state.station, state.rotation, problem.f_mm)
     computed = computed - problem.common.image_shift(state.common)
-    undetermined = _undetermined(task, iterated) if termination is Termination.SINGULAR else ""
+    is_singular = termination is Termination.SINGULAR
+    is_weak = is_singular or iterated.condition_ratio < functional_iteration.WEAK_RATIO
+    undetermined = _undetermined(task, iterated) if is_weak else ""
     Q, quality = _quality(problem, iterated, termination)
     return Resection(
         termination=termination,
@@ -185,7 +219,8 @@ def resection_result(
         undetermined=undetermined,
         weak=functional_iteration.strong_correlations(Q, ELEMENTS),
         alternatives=alternatives,
-        candidates_tried=tried,
+        starts=starts,
+        ends=ends,
         problem=problem,
         state=state,
         linear=linear,
@@ -221,7 +256,10 @@ def _undetermined(task: Task, iterated: Refined) -> str:
 
 
 def _message(termination: Termination, undetermined: str) -> str:
-    return f"{MESSAGES[termination]} Undetermined: {undetermined}." if undetermined else MESSAGES[termination]
+    if not undetermined or termination is Termination.CONVERGED:
+        return MESSAGES[termination]
+    degree = "Undetermined" if termination is Termination.SINGULAR else "Hardly determined"
+    return f"{MESSAGES[termination]} {degree}: {undetermined}."
 
 
 def _records(task: Task, iterated: Refined) -> tuple[IterationRecord, ...]:

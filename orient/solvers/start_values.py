@@ -1,14 +1,17 @@
-"""Exterior orientations from nothing: exact three-point resections of well-spread triples, best first."""
+"""Exterior orientations from nothing: several closed forms, each judged on all points, best first."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from enum import StrEnum
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orient.geometry.collinearity import project
+from orient.solvers.direct_linear import direct_linear_resection
 from orient.solvers.p3p import three_point_resections
+from orient.solvers.plane_resection import plane_resection
 
 FloatArray = NDArray[np.float64]
 
@@ -16,49 +19,89 @@ SPREAD_POINTS = 6
 LARGEST_TRIPLES = 20
 SMALLEST_AREA = 1e-7
 MIRRORED = 3
+NEARLY_FLAT, SOME_RELIEF = 0.1, 1e-3
+"""Thickness over length of the control: below, a plane may serve; above, twelve coefficients are determined."""
+MOST_POINTS = 1000
+FARTHEST = 1e8
+"""Camera distance in sizes of the control beyond which a candidate is rounding, no orientation."""
+
+
+class Method(StrEnum):
+    """The closed form that a candidate comes from."""
+
+    THREE_POINTS = "three points"
+    DIRECT_LINEAR = "direct linear"
+    PLANE = "plane"
+    STATION = "approximate station"
 
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A possible exterior orientation; `triple` are the three points it comes from, () for an approximate station."""
+    """A possible exterior orientation and how it fits all points.
+
+    `triple`: the three points it comes from, () if it comes from all; `is_reversed`: with the relief of the control
+    taken the other way along the camera axis; `n_in_front`: points in front of the camera.
+    """
 
     rotation: FloatArray
     station: FloatArray
     rms_mm: float
+    n_in_front: int
     all_in_front: bool
     triple: tuple[int, ...]
+    method: Method
+    is_reversed: bool = False
 
 
 def start_candidates(
     image: FloatArray, ground: FloatArray, f_mm: float, approximate_station: FloatArray | None = None
 ) -> list[Candidate]:
-    """Every (R, S) that sees three of the points exactly, sorted: all points in front first, then by rms.
+    """Every (R, S) that a closed form offers, sorted: all points in front first, then by rms.
 
-    `image` (n, 2) [mm], `ground` (n, 3) [m] right-handed, n >= 3, all coordinates known. At most 20 triples: the
-    largest in image and ground among six points far apart in the image. Each triple gives up to four candidates; an
-    approximate station adds the rotation that turns the rays best onto its directions. The best ones are also taken
+    `image` (n, 2) [mm], `ground` (n, 3) [m] right-handed, n >= 3, all coordinates known. The forms: exact resections
+    of at most 20 triples, the largest in image and ground among six points far apart in the image, up to four each;
+    from six points with relief the direct linear transformation, from four nearly on a plane its projective map; an
+    approximate station with the rotation that turns the rays best onto its directions. The best ones are also taken
     with their relief reversed along the camera axis: flat ground in a narrow field has two nearly equal solutions.
-    No triple that is not nearly a line, in the image or on the ground: an empty list.
-    Source: three_point_resections; rotation between directions by Kabsch (1976); reversal as in Oberkampf, DeMenthon
-    and Davis (1996).
+    No triple that is not nearly a line, in the image or on the ground, and no approximate station: an empty list.
+    Source: three_point_resections, direct_linear_resection, plane_resection; rotation between directions by Kabsch
+    (1976); reversal as in Oberkampf, DeMenthon and Davis (1996).
     """
     centre = ground.mean(axis=0)
     size = float(np.max(np.linalg.norm(ground - centre, axis=1)))
     scaled = (ground - centre) / size
-    rays = camera_rays(image, f_mm)
-    found = [
-        (R, S, triple)
-        for triple in spread_triples(image, scaled)
-        for R, S in three_point_resections(rays[list(triple)], scaled[list(triple)])
-    ]
-    if approximate_station is not None:
-        station = (approximate_station - centre) / size
-        found.append((_rotation_from_directions(rays, scaled - station), station, ()))
-    candidates = _best_first([_judged(R, S, triple, image, scaled, f_mm) for R, S, triple in found])
+    near = None if approximate_station is None else (approximate_station - centre) / size
+    candidates = _best_first(
+        [_judged(*found, image, scaled, f_mm) for found in _closed_forms(image, scaled, f_mm, near)]
+    )
     for candidate in distinct(candidates, scaled, limit=MIRRORED):
         R, S = _relief_reversed(candidate, scaled)
-        candidates.append(_judged(R, S, candidate.triple, image, scaled, f_mm))
-    return [_at_size(candidate, centre, size) for candidate in _best_first(candidates)]
+        reverse = _judged(R, S, candidate.triple, candidate.method, image, scaled, f_mm)
+        candidates.append(replace(reverse, is_reversed=True))
+    return [replace(candidate, station=centre + size * candidate.station) for candidate in _best_first(candidates)]
+
+
+def _closed_forms(
+    image: FloatArray, ground: FloatArray, f_mm: float, near: FloatArray | None
+) -> list[tuple[FloatArray, FloatArray, tuple[int, ...], Method]]:
+    """(R, S, triple, method) of every closed form that applies to ground of size one about its centroid."""
+    rays = camera_rays(image, f_mm)
+    found = [
+        (R, S, triple, Method.THREE_POINTS)
+        for triple in spread_triples(image, ground)
+        for R, S in three_point_resections(rays[list(triple)], ground[list(triple)])
+    ]
+    every = slice(None, None, -(-len(image) // MOST_POINTS))
+    values = np.linalg.svd(np.linalg.qr(ground, mode="r"), compute_uv=False)
+    if found and values[-1] > SOME_RELIEF * values[0]:
+        linear = direct_linear_resection(image[every], ground[every], f_mm)
+        found += [(R, S, (), Method.DIRECT_LINEAR) for R, S in linear]
+    if found and values[-1] < NEARLY_FLAT * values[0]:
+        flat = plane_resection(image[every], ground[every], f_mm)
+        found += [(R, S, (), Method.PLANE) for R, S in flat]
+    if near is not None:
+        found.append((_rotation_from_directions(rays, ground - near), near, (), Method.STATION))
+    return [form for form in found if np.linalg.norm(form[1]) < FARTHEST]
 
 
 def _best_first(candidates: Sequence[Candidate]) -> list[Candidate]:
@@ -140,14 +183,16 @@ def _rotation_between(camera: FloatArray, ground: FloatArray) -> FloatArray:
 
 
 def _judged(
-    R: FloatArray, S: FloatArray, triple: tuple[int, ...], image: FloatArray, ground: FloatArray, f_mm: float
+    R: FloatArray,
+    S: FloatArray,
+    triple: tuple[int, ...],
+    method: Method,
+    image: FloatArray,
+    ground: FloatArray,
+    f_mm: float,
 ) -> Candidate:
     with np.errstate(all="ignore"):
         computed, zs = project(ground, S, R, f_mm)
         rms = float(np.sqrt(np.mean(np.sum((computed - image) ** 2, axis=1))))
-    return Candidate(R, S, rms if np.isfinite(rms) else np.inf, bool(np.all(zs < 0)), triple)
-
-
-def _at_size(candidate: Candidate, centre: FloatArray, size: float) -> Candidate:
-    station = centre + size * candidate.station
-    return Candidate(candidate.rotation, station, candidate.rms_mm, candidate.all_in_front, candidate.triple)
+    in_front = int(np.count_nonzero(zs < 0))
+    return Candidate(R, S, rms if np.isfinite(rms) else np.inf, in_front, in_front == len(image), triple, method)

@@ -41,6 +41,8 @@ STAGE_TABLES: dict[str, tuple[str, ...]] = {
         "external_reliability",
         "adjusted_interior",
         "source_cofactor",
+        "start_candidate",
+        "resection_solution",
     ),
     "covariance": (
         "ground_covariance",

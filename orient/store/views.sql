@@ -286,6 +286,32 @@ LEFT JOIN iteration AS i ON i.run_id = p.run_id AND i.iteration = p.iteration
 ORDER BY p.run_id, p.iteration, p.point,
          instr('alpha omega phi kappa X_S Y_S Z_S X Y Z', p.unknown || CASE p.point WHEN '' THEN ' ' ELSE '' END), p.unknown;
 
+-- v_start: every start value of the resection, how it fits, and where the adjustment from it ended
+--   version: version of resection
+--   is_current: 1 for the current version
+--   is_latest: 1 for the last run, also when it failed and is no version to use
+--   candidate: 1, 2, ...: points in front first, then by rms
+--   method: three points | direct linear | plane | approximate station
+--   is_reversed: 1 if its relief was taken the other way along the camera axis
+--   points: the three points it comes from; empty for a form of all points
+--   rms_mm: rms of the image residuals of the start; NULL if not finite
+--   in_front: points in front of the camera, of all
+--   height_above_m: camera above the mean ground; negative = below
+--   solution: number of the end; NULL = not adjusted, a better candidate is near
+--   termination: how the adjustment from it ended
+--   end_vPv: sum of weighted squared residuals at the end
+--   is_as_good: 1 if the end fits as well as the best valid one
+CREATE VIEW v_start AS
+SELECT v.version, v.is_current,
+       v.run_id = (SELECT max(run_id) FROM stage_run WHERE stage = 'resection') AS is_latest,
+       c.candidate, c.method, c.is_reversed, c.points, c.rms_mm,
+       c.n_in_front || ' of ' || c.n_points AS in_front, c."height_above_m", c.solution, s.termination,
+       s."vPv" AS "end_vPv", s.is_as_good
+FROM start_candidate AS c
+JOIN v_version AS v ON v.run_id = c.run_id
+LEFT JOIN resection_solution AS s ON s.run_id = c.run_id AND s.solution = c.solution
+ORDER BY c.run_id, c.candidate;
+
 -- v_orientation: the orientation elements with standard deviations
 --   version: version of resection
 --   is_current: 1 for the current version

@@ -45,6 +45,13 @@ def test_gross_error_fails_the_global_test_and_is_named(tmp_path: Path, error: f
 
 
 def test_absurd_point_is_named_where_no_orientation_is_found(tmp_path: Path) -> None:
-    result = resection_with(tmp_path, "317", "X_m", 5e6)
+    result = resection_with(tmp_path, "317", "X_m", 4e3)
     assert result.failed
     assert [event.subject for event in result.events if event.code == "odd_point"] == ["317"]
+
+
+def test_point_in_another_country_is_named_and_not_used(tmp_path: Path) -> None:
+    result = resection_with(tmp_path, "317", "X_m", 5e6)
+    assert not result.failed
+    assert [event.subject for event in result.events if event.code == "far_point"] == ["317"]
+    assert not any(event.code in ("odd_point", "global_test") for event in result.events)
