@@ -9,7 +9,7 @@ from orient.store.project import Project, RunInfo, open_project
 from orient.values import Row, Scalar
 
 SHOWN = 60
-BULKY = ("cofactor", "sheet_cofactor", "iteration", "iteration_parameter", "equation")
+BULKY = ("cofactor", "sheet_cofactor", "iteration", "iteration_parameter", "equation", "camera_equation")
 Difference = dict[str, Scalar]
 
 

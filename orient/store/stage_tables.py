@@ -1,7 +1,14 @@
 """Which tables a stage writes, and what it reads."""
 
 STAGE_TABLES: dict[str, tuple[str, ...]] = {
-    "photo": ("photo", "distortion_coefficient", "distortion_radial", "fiducial_mark"),
+    "photo": (
+        "photo",
+        "distortion_coefficient",
+        "camera_sigma",
+        "distortion_radial",
+        "fiducial_mark",
+        "known_element",
+    ),
     "readings": ("comparator_reading",),
     "sheet": ("map_sheet", "graticule_cross", "digitizer_reading"),
     "control": ("control_point", "control_system"),
@@ -20,6 +27,11 @@ STAGE_TABLES: dict[str, tuple[str, ...]] = {
         "image_residual",
         "adjusted_point",
         "adjusted_coefficient",
+        "adjusted_camera",
+        "camera_element",
+        "camera_equation",
+        "known_residual",
+        "calibration_step",
     ),
     "covariance": ("ground_covariance", "ground_covariance_pair"),
 }
