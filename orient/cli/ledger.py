@@ -15,7 +15,7 @@ def register(app: typer.Typer) -> None:
 
 
 def status(project: ProjectPath, as_json: AsJson = False) -> None:
-    """What is there, what is current, what is stale and why."""
+    """The verdict and its problems; what is there, what is current, what is stale and why."""
     from orient.report.status import show_status
 
     show_status(project, as_json)
@@ -30,14 +30,19 @@ def log(project: ProjectPath, as_json: AsJson = False) -> None:
 
 def show(
     project: ProjectPath,
-    stage: StageName,
+    stage: Annotated[
+        str, typer.Argument(metavar="[STAGE]", help="photo, readings, ..., covariance; without it, the orientation.")
+    ] = "",
     version: Annotated[int | None, typer.Option("--version", min=1, help="Not the current one.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """The result of a stage: what to know first, then the numbers."""
+    """The result of a stage: what to know first, then the numbers. Exit code 1 if this version failed."""
     from orient.report.show import show_stage
+    from orient.report.status import final_stage
 
-    show_stage(project, stage, version, as_json)
+    stage = stage or final_stage(project)
+    if not show_stage(project, stage, version, as_json):
+        raise typer.Exit(1)
 
 
 def diff(

@@ -110,6 +110,10 @@ BY_NAME = {stage.name: stage for stage in STAGES}
 ALL_STAGES = INPUT_STAGES + tuple(BY_NAME)
 
 
+FINAL_STAGES = ("resection",)
+"""Stages whose result is the orientation itself."""
+
+
 def is_optional(name: str) -> bool:
     """A stage that others can do without: when its inputs are missing, nothing is wrong."""
     return any(name in stage.optional for stage in STAGES)

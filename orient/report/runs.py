@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any, Self
 
 from orient.errors import OrientError
 from orient.pipeline.registry import is_optional
-from orient.report.text import console, one_line, printable
-from orient.values import Event, InputTables
+from orient.report.findings import findings, print_findings
+from orient.report.text import console, printable
+from orient.values import InputTables
 
 if TYPE_CHECKING:
     from rich.progress import TaskID
@@ -17,8 +18,8 @@ if TYPE_CHECKING:
     from orient.pipeline.runner import Result
     from orient.store.project import RunInfo
 
-MARKS = {"info": "note", "warning": "warning", "error": "error"}
-SHOWN_EVENTS = 12
+
+INDENT = " " * 4
 
 
 def show_inputs(project: Path, inputs: Sequence[InputTables]) -> None:
@@ -29,7 +30,7 @@ def show_inputs(project: Path, inputs: Sequence[InputTables]) -> None:
     out.print(f"{printable(str(project))} made.")
     for given in inputs:
         out.print(f"  {given.stage:<12} version 1   {describe(given)}")
-        print_events(given.events)
+        print_findings(findings(given.stage, given.events), INDENT)
     out.print(f"Next: orient run {printable(str(project))}")
 
 
@@ -40,7 +41,7 @@ def show_added(result: "Result") -> None:
         console().print(f"{result.stage}: the same as version {result.run.version}; nothing stored (--again stores it)")
         return
     console().print(f"{result.stage} version {result.run.version}: {printable(result.run.summary)}")
-    print_events(result.events)
+    print_findings(findings(result.stage, result.events), INDENT)
 
 
 def show_selected(run: "RunInfo") -> None:
@@ -53,10 +54,10 @@ def show_result(result: "Result", project: Path) -> None:
     if run is None:
         raise OrientError(f"{result.stage} waits for {result.waits_for}")
     if result.failed:
-        print_events([event for event in result.events if event.code != "refused"])
+        print_findings(findings(result.stage, result.events), INDENT)
         raise OrientError(f"{result.stage}: {run.error} (kept as version {run.version})", result.hint)
     console().print(line(result))
-    print_events(result.events)
+    print_findings(findings(result.stage, result.events), INDENT)
     console().print(f"See: orient show {printable(str(project))} {result.stage}")
 
 
@@ -67,16 +68,6 @@ def line(result: "Result") -> str:
     how = "  (known, current again)" if result.selected_again else "" if result.computed else "  (unchanged)"
     told = result.run.error if result.failed else result.run.summary
     return f"{result.stage:<12} version {result.run.version:<3} {printable(told)}{how}"
-
-
-def print_events(events: Sequence[Event], indent: str = "    ") -> None:
-    """Findings, the grave ones first."""
-    order = {"error": 0, "warning": 1, "info": 2}
-    ranked = sorted(events, key=lambda event: order[event.severity])
-    for event in ranked[:SHOWN_EVENTS]:
-        console().print(f"{indent}{MARKS[event.severity]}: {one_line(event.message)}", soft_wrap=True)
-    if len(ranked) > SHOWN_EVENTS:
-        console().print(f"{indent}... and {len(ranked) - SHOWN_EVENTS} more: orient sql PROJECT events")
 
 
 class Progress:
@@ -108,7 +99,7 @@ class Progress:
             return
         self._out.print(line(result))
         if result.computed:
-            print_events([event for event in result.events if event.code != "refused"])
+            print_findings(findings(result.stage, result.events), INDENT)
 
     def close_with(self, results: "Sequence[Result]", project: Path) -> None:
         """The last words, and exit code 1 if a stage failed."""

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from orient.errors import UsageError
 from orient.pipeline.registry import ALL_STAGES, BY_NAME
+from orient.report.findings import findings, print_findings
 from orient.report.orientation import iteration_table, orientation_lines, orientation_tables
-from orient.report.runs import print_events
 from orient.report.sections import SECTIONS, Section
 from orient.report.text import cell, console, print_table, printable
 from orient.store.project import Project, RunInfo, open_project
@@ -17,8 +17,8 @@ from orient.values import Row, Tables
 SHOWN_ROWS = 25
 
 
-def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> None:
-    """Print one version of a stage."""
+def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bool:
+    """Print one version of a stage; False if that version failed and is no result."""
     if stage not in ALL_STAGES:
         raise UsageError(f'there is no stage "{stage}"', f"Stages are {', '.join(ALL_STAGES)}.")
     with open_project(path, "read") as project, project.snapshot():
@@ -29,15 +29,16 @@ def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> No
     if as_json:
         content = {"run": asdict(run), "events": [asdict(event) for event in events], "tables": tables}
         print(json.dumps(content, indent=2, allow_nan=False))
-        return
+        return run.status == "succeeded"
     _print_head(run)
-    print_events(events, indent="  ")
+    print_findings(findings(run.stage, events))
     if stage == "resection":
         _print_resection(tables)
     for section in SECTIONS.get(stage, ()):
         _print_section(section, tables.get(section.source, ()))
     if stage == "photo":
         _print_record(tables["photo"][0])
+    return run.status == "succeeded"
 
 
 def _last(project: Project, stage: str) -> RunInfo | None:

@@ -5,7 +5,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from orient.pipeline.registry import ALL_STAGES, BY_NAME, is_optional
+from orient.pipeline.registry import ALL_STAGES, BY_NAME, FINAL_STAGES, is_optional
+from orient.report.findings import UNUSED_DATA, Finding, findings, grave_first, print_findings, verdict
+from orient.report.findings import as_json as findings_as_json
 from orient.report.text import cell, console, print_table, printable
 from orient.store.project import open_project
 from orient.values import Scalar
@@ -20,24 +22,56 @@ MINUTE = len("2026-01-01T00:00")
 
 
 def show_status(path: Path, as_json: bool) -> None:
+    """The verdict and the problems of what is current; then every stage."""
     with open_project(path, "read") as project, project.snapshot():
         stale = {row[0]: (bool(row[2]), row[3]) for row in project.query(STATUS)[1]}
         current = {row[0]: row for row in project.query(CURRENT)[1]}
         failed = _last_failures(project)
+        found = current_findings(project)
         warnings = project.warnings
     stages = [_stage_status(name, current, stale, failed) for name in ALL_STAGES]
     known = [entry for entry in stages if entry["state"] != "absent" and not _can_be_left_out(entry)]
+    judged = verdict({str(entry["stage"]): str(entry["state"]) for entry in known}, found, FINAL_STAGES)
     if as_json:
-        print(json.dumps({"project": str(path), "stages": known}, indent=2, allow_nan=False))
+        content = {
+            "project": str(path),
+            "verdict": judged.word,
+            "sentence": judged.sentence,
+            "findings": findings_as_json(found),
+            "stages": known,
+        }
+        print(json.dumps(content, indent=2, allow_nan=False))
         return
     out = console()
-    out.print(f"{printable(str(path))}")
+    out.print(f"{printable(str(path))}: {judged.sentence}")
+    print_findings([finding for finding in found if finding.severity != "info"], with_stage=True)
     rows = [[cell(entry[key]) for key in ("stage", "version", "state", "told")] for entry in known]  # type: ignore[arg-type]
     print_table(["stage", "version", "state", "result"], rows, [False, True, False, False])
     for warning in warnings:
         out.print(f"note: {printable(warning)}")
     if any(entry["state"] in ("stale", "to compute") for entry in known):
         out.print(f"Next: orient run {printable(str(path))}")
+
+
+def final_stage(path: Path) -> str:
+    """The stage that holds the orientation of this project; the first of them while there is none."""
+    with open_project(path, "read") as project:
+        heads = project.heads()
+    return next((stage for stage in FINAL_STAGES if stage in heads), FINAL_STAGES[0])
+
+
+def current_findings(project: "Project") -> list[Finding]:
+    """Findings of the current version of every stage, the grave ones first, then those nearest to the result.
+
+    What a later stage says again in other words (points without control) is told once, by the later stage.
+    """
+    heads = project.heads()
+    last: dict[tuple[str, str], Finding] = {}
+    for name in reversed(ALL_STAGES):
+        for finding in findings(name, project.events(heads[name].run_id)) if name in heads else ():
+            what = "" if finding.code in UNUSED_DATA else finding.subject or finding.message
+            last.setdefault((finding.code, what), finding)
+    return grave_first(last.values())
 
 
 def _stage_status(

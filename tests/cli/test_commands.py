@@ -130,7 +130,7 @@ DIFF_KEYS = ["table", "row", "column", "before", "after", "change"]
 def test_keys_of_json_are_stable(space: Path) -> None:
     orient("refine", space, "--reject")
     status = json.loads(orient("status", space, "--json").out)
-    assert list(status) == ["project", "stages"]
+    assert list(status) == ["project", "verdict", "sentence", "findings", "stages"]
     assert all(list(entry) == STATUS_KEYS for entry in status["stages"])
     assert all(list(entry) == LOG_KEYS for entry in json.loads(orient("log", space, "--json").out))
     shown = json.loads(orient("show", space, "refine", "--json").out)
