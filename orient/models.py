@@ -847,11 +847,15 @@ class CalibrationStep(Base):
     """Which elements of the camera `--calibrate auto` tried in each step, and why they were taken or not."""
 
     __tablename__ = "calibration_step"
-    __table_args__ = (one_of("decision", "taken", "not significant", "not separable", "not solved", "less significant"),)
+    __table_args__ = (
+        one_of("decision", "taken", "not significant", "not separable", "not solved", "less significant"),
+    )
     run_id: Mapped[int] = run_id()
     step: Mapped[int] = whole("1, 2, ...: one element is taken in each", primary_key=True)
     unknown: Mapped[str] = text("element that was tried", primary_key=True)
-    decision: Mapped[str] = text("taken | less significant (tried again) | not significant | not separable | not solved")
+    decision: Mapped[str] = text(
+        "taken | less significant (tried again) | not significant | not separable | not solved"
+    )
     value: Mapped[float | None] = real("its adjusted value; NULL if the adjustment did not converge")
     sigma: Mapped[float | None] = real("its standard deviation")
     t: Mapped[float | None] = real("correction / sigma")

@@ -14,6 +14,10 @@ CONTROL = ("auto", "fixed", "weighted")
 CORRELATION = ("sheet", "point")
 ENGINE = ("zlatanov", "qr")
 VARIANCE = ("posteriori", "priori")
+CALIBRATE = ("none", "auto")
+CAMERA = ("fixed", "weighted")
+DISTORTION = ("camera", "correction", "displacement", "ideal_to_distorted")
+CAMERA_ELEMENTS = ("f", "x0", "y0", "k1", "k2", "k3", "p1", "p2", "b1", "b2")
 CHOICE = ("f-test", "leave-one-out")
 RADIUS = ("exact", "polynomial")
 
@@ -56,6 +60,17 @@ def _degree(value: str) -> int | None:
     if value not in ("1", "2", "3", "4", "5"):
         raise typer.BadParameter(f"{value!r} is not auto or one of 1, 2, 3, 4, 5.")
     return int(value)
+
+
+def _elements(value: str | None) -> str | None:
+    """`f,k1` in the order of the columns; `none` takes the camera as known again."""
+    if value is None or value == "none":
+        return value
+    names = [name.strip() for name in value.split(",")]
+    for name in names:
+        if name not in CAMERA_ELEMENTS:
+            raise typer.BadParameter(f"{name!r} is not none or a list of {', '.join(CAMERA_ELEMENTS)}.")
+    return ",".join(name for name in CAMERA_ELEMENTS if name in names)
 
 
 Tolerance = Annotated[
@@ -171,11 +186,56 @@ def resection(
             help="Algorithm Z polished by QR, or QR alone.",
         ),
     ] = None,
+    estimate: Annotated[
+        str | None,
+        typer.Option(
+            "--estimate",
+            metavar="f,x0,y0,k1,k2,k3,p1,p2,b1,b2|none",
+            callback=_elements,
+            help="Elements of the camera that are unknown too, held by their sigmas in photo.toml.",
+        ),
+    ] = None,
+    free_camera: Annotated[
+        bool | None,
+        typer.Option("--free-camera/--camera-priors", help="Estimate without, or with the sigmas of photo.toml."),
+    ] = None,
+    camera: Annotated[
+        str | None,
+        typer.Option(
+            "--camera",
+            metavar="|".join(CAMERA),
+            callback=_one_of(CAMERA),
+            help="Camera as known, or with the sigmas of photo.toml.",
+        ),
+    ] = None,
+    calibrate: Annotated[
+        str | None,
+        typer.Option(
+            "--calibrate",
+            metavar="|".join(CALIBRATE),
+            callback=_one_of(CALIBRATE),
+            help="Add elements of the camera by steps while significant and separable.",
+        ),
+    ] = None,
+    distortion: Annotated[
+        str | None,
+        typer.Option(
+            "--distortion",
+            metavar="|".join(DISTORTION),
+            callback=_one_of(DISTORTION),
+            help="Direction of k1 ... p2 where photo.toml has no lens; camera: correction.",
+        ),
+    ] = None,
     max_iterations: Annotated[int | None, typer.Option("--max-iterations", min=1, max=1000)] = None,
     tolerance: Tolerance = None,
 ) -> None:
-    """Exterior orientation of the photo; no approximate values are needed."""
+    """Exterior orientation of the photo, and of its camera if asked; no approximate values are needed."""
     given = _given(
+        estimate=estimate,
+        free_camera=free_camera,
+        camera=camera,
+        calibrate=calibrate,
+        distortion=distortion,
         control=control,
         correlation=correlation,
         variance=variance,

@@ -99,7 +99,7 @@ def _angles(angles: Section) -> list[Row]:
         angles.missing("sigma_deg")
     elif sigma is not None and sigma <= 0:
         angles.problem("sigma_deg", "sigma_deg: must be > 0")
-    rows = [
+    rows: list[Row] = [
         {"quantity": f"{triple}_{name}", "unit": "deg", "value": value, "sigma": sigma}
         for name in TRIPLES[triple]
         if (value := angles.angle(f"{name}_deg", 360)) is not None

@@ -17,6 +17,7 @@ LIMIT = 0.95
 SMALLEST_CONDITION = 1e-4
 """Smallest to largest singular value: below, an element is taken apart by rounding rather than by the photo."""
 
+Rename = Callable[[str], str]
 Solve = Callable[[CameraUnknowns, tuple[Array, Array] | None], Resection]
 AddElement = Callable[[CameraUnknowns, str], CameraUnknowns]
 
@@ -48,19 +49,25 @@ class Calibration:
 
 
 def calibrate(
-    begin: CameraUnknowns, first: Resection, solve: Solve, add: AddElement, candidates: Sequence[str], sigma0: float
+    begin: CameraUnknowns,
+    first: Resection,
+    solve: Solve,
+    add: AddElement,
+    candidates: Sequence[str],
+    sigma0: float,
+    rename: Rename,
 ) -> Calibration:
     """In each step every candidate is tried beside those taken; the one with the largest |t| / limit is taken.
 
-    `first`: the resection with `begin`. A candidate must be significant (two-sided Student test at 1 %) and separable:
-    no correlation with another unknown above 0.95, condition ratio at least 1e-4. Ends when none is left that is both.
+    `first`: the resection with `begin`; `rename`: the solver's words in those of the stored frame. A candidate must be significant (two-sided Student test at 1 %) and separable:
+    no correlation with another unknown from 0.95, condition ratio at least 1e-4. Ends when none is left that is both.
     """
     unknowns, found = begin, first
     rows: list[Row] = []
     last: dict[str, Judged] = {}
     for step in range(1, len(candidates) + 1):
         left = [name for name in candidates if name not in unknowns.names]
-        tried = [judged(name, add(unknowns, name), solve, found, sigma0) for name in left]
+        tried = [judged(name, add(unknowns, name), solve, found, sigma0, rename) for name in left]
         good = [one for one in tried if not one.decision]
         best = max(good, key=lambda one: abs(one.t) / one.t_limit, default=None)
         rows += [_row(step, one, best) for one in tried]
@@ -72,17 +79,20 @@ def calibrate(
     return Calibration(unknowns, rows, _events(taken, last))
 
 
-def judged(name: str, unknowns: CameraUnknowns, solve: Solve, before: Resection, sigma0: float) -> Judged:
+def judged(
+    name: str, unknowns: CameraUnknowns, solve: Solve, before: Resection, sigma0: float, rename: Rename
+) -> Judged:
     """The adjustment with one element more, begun where the one before ended."""
     found = solve(unknowns, (before.rotation, before.station))
     if found.termination != "CONVERGED":
         is_inseparable = "cannot be separated" in found.message
         decision = "not separable" if is_inseparable else "not solved"
         nan = float("nan")
-        return Judged(name, unknowns, found, nan, nan, nan, nan, nan, "", decision, found.message)
+        return Judged(name, unknowns, found, nan, nan, nan, nan, nan, "", decision, rename(found.message))
     place = unknowns.names.index(name)
     values = significance(found, unknowns, sigma0, use_posteriori=True)
     correlation, partner = strongest_correlation(found, 6 + place)
+    partner = rename(partner)
     decision, reason = "", f"|t| {abs(values.t[place]):.1f} > {values.limit:.2f}"
     if not abs(values.t[place]) > values.limit:
         decision, reason = "not significant", f"|t| {abs(values.t[place]):.1f} is not above {values.limit:.2f}"
@@ -158,11 +168,15 @@ def _row(step: int, one: Judged, best: Judged | None) -> Row:
 
 def _events(taken: Sequence[str], last: dict[str, Judged]) -> list[Event]:
     """One remark: what was taken, and why each of the others was not."""
-    kept = f"calibration took {', '.join(taken)}" if taken else "calibration took no element"
-    refused = [f"{one.name} {one.decision} ({_short(one)})" for one in last.values() if one.name not in taken]
-    message = f"{kept}; {'; '.join(refused)}" if refused else kept
-    return [Event("info", "calibration", ", ".join(taken), message, float(len(taken)))]
+    told = [f"calibration took {', '.join(taken)}" if taken else "calibration took no element"]
+    others = [one for one in last.values() if one.name not in taken]
+    for decision in dict.fromkeys(one.decision for one in others):
+        told.append(f"{decision}: {', '.join(_short(one) for one in others if one.decision == decision)}")
+    return [Event("info", "calibration", ", ".join(taken), "; ".join(told), float(len(taken)))]
 
 
 def _short(one: Judged) -> str:
-    return one.reason if len(one.reason) <= 60 else one.reason.split(".")[0]
+    """`k2 (t 1.7)`, `f (with Z_S)`: the row of `calibration_step` says it in full."""
+    if one.decision == "not significant":
+        return f"{one.name} (t {abs(one.t):.1f})"
+    return f"{one.name} (with {one.partner})" if one.partner else one.name

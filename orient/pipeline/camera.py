@@ -7,11 +7,12 @@ import numpy as np
 from orient.errors import OrientError
 from orient.geometry.camera import INTERIOR, LENS, Camera, Measured, camera_equations, corrected
 from orient.geometry.distortion import Distortion
-from orient.pipeline.tables import Array, columns, number, required, single
+from orient.pipeline.tables import Array, columns, number, required
 from orient.solvers.camera_unknowns import CameraUnknowns
 from orient.values import Row, Settings, Tables
 
 OWN_SIGMAS = {"f": "sigma_f_mm", "x0": "sigma_x0_mm", "y0": "sigma_y0_mm"}
+AS_GIVEN = "camera"
 POWERS = {"k1": 2, "k2": 4, "k3": 6, "p1": 1, "p2": 1}
 
 
@@ -37,7 +38,7 @@ def measured_of(rows: Sequence[Row]) -> Measured:
 
 def is_estimated(settings: Settings) -> bool:
     """Is any part of the camera unknown?"""
-    return bool(settings["estimate"]) or settings["calibrate"] != "none" or settings["camera"] == "weighted"
+    return settings["estimate"] != "none" or settings["calibrate"] != "none" or settings["camera"] == "weighted"
 
 
 def camera_unknowns(
@@ -51,7 +52,7 @@ def camera_unknowns(
     if not is_estimated(settings):
         return None
     sigmas = _sigmas(photo, tables)
-    named = str(settings["estimate"] or "").split(",") if settings["estimate"] else []
+    named = [] if settings["estimate"] == "none" else str(settings["estimate"]).split(",")
     weighted = list(sigmas) if settings["camera"] == "weighted" else []
     if settings["camera"] == "weighted" and not weighted:
         raise OrientError(
@@ -61,7 +62,7 @@ def camera_unknowns(
     names = tuple(name for name in INTERIOR if name in {*named, *weighted})
     is_free = bool(settings["free_camera"])
     given = [np.inf if is_free and name in named else sigmas.get(name, np.inf) for name in names]
-    camera = _with_lens(given_camera(photo, tables), names, settings)
+    camera = _with_lens(given_camera(photo, tables), names, str(settings["distortion"]))
     return CameraUnknowns(names, camera, measured_of(rows), (np.array(given, dtype=np.float64) / sigma0) ** 2)
 
 
@@ -70,7 +71,7 @@ def with_element(unknowns: CameraUnknowns, name: str, photo: Row, tables: Tables
     names = tuple(each for each in INTERIOR if each in {*unknowns.names, name})
     sigma = _sigmas(photo, tables).get(name, np.inf)
     known = dict(zip(unknowns.names, unknowns.cofactors.tolist(), strict=True)) | {name: (sigma / sigma0) ** 2}
-    camera = _with_lens(unknowns.camera, names, {"distortion": None})
+    camera = _with_lens(unknowns.camera, names, AS_GIVEN)
     return CameraUnknowns(names, camera, unknowns.measured, np.array([known[each] for each in names]))
 
 
@@ -80,11 +81,10 @@ def _sigmas(photo: Row, tables: Tables) -> dict[str, float]:
     return {name: sigma for name, sigma in own.items() if sigma is not None} | lens
 
 
-def _with_lens(camera: Camera, names: Sequence[str], settings: Settings) -> Camera:
+def _with_lens(camera: Camera, names: Sequence[str], asked: str) -> Camera:
     """The camera with a model that can take the coefficients: Brown, as a correction unless another way was asked."""
-    asked = settings["distortion"]
     model, direction = camera.distortion.model, camera.distortion.direction
-    if asked and model != "none" and asked != direction:
+    if asked != AS_GIVEN and model != "none" and asked != direction:
         raise OrientError(
             f"--distortion {asked} was asked, but the lens of photo.toml is given as {direction}",
             "Leave --distortion out: the coefficients keep the definition of photo.toml.",
@@ -95,9 +95,9 @@ def _with_lens(camera: Camera, names: Sequence[str], settings: Settings) -> Came
             f"{lens[0]} cannot be estimated: the distortion of photo.toml is a radial table",
             'Give the lens as model = "brown" in [camera.distortion], or estimate f, x0, y0 only.',
         )
-    if model != "none" or not (lens or asked):
+    if model != "none" or (asked == AS_GIVEN and not lens):
         return camera
-    brown = Distortion("brown", str(asked or "correction"), {}, None, camera.f_mm)
+    brown = Distortion("brown", "correction" if asked == AS_GIVEN else asked, {}, None, camera.f_mm)
     return Camera(camera.f_mm, camera.x0_mm, camera.y0_mm, brown)
 
 
@@ -136,5 +136,5 @@ def camera_effect(camera: Camera, names: Sequence[str], rows: Sequence[Row]) -> 
     measured = measured_of(rows)
     image = corrected(camera, measured)
     equations = camera_equations(camera, names, image, measured)
-    by_reading = np.linalg.inv(equations.by_computed)
+    by_reading = np.asarray(np.linalg.inv(equations.by_computed), dtype=np.float64)
     return image, by_reading, -by_reading @ equations.by_elements

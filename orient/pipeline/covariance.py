@@ -1,16 +1,18 @@
 """Stage `covariance`: where the ray of each point meets its height, and K = C Q C' of that place (seed 003).
 
-The covariance is that of a new point read once more at this place: the part of the orientation with the full 6 x 6
+The covariance is that of a new point read once more at this place: the part of the orientation with the full
 cofactor matrix, the part of the reading, the part of the height. Source: seed 003, (1)-(3).
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from orient.errors import OrientError
+from orient.geometry.camera import Camera
 from orient.geometry.rotation import matrix_from_quaternion
+from orient.pipeline.camera import adjusted_camera, camera_effect
 from orient.pipeline.frames import Frame, frame_of
 from orient.pipeline.ground import ground_of
 from orient.pipeline.resection import Observations, observations
@@ -29,13 +31,13 @@ from orient.units import DEGREES_PER_RADIAN
 from orient.values import Event, Outcome, Row, Settings, Tables
 
 PARTS = ("XX", "XY", "YY")
-ELEMENTS = 6
 
 
 @dataclass(frozen=True, slots=True)
 class Oriented:
-    """The orientation in the solver's right-handed frame, with the covariance of its elements.
+    """The orientation in the solver's right-handed frame, with the covariance (6+m, 6+m) of its elements.
 
+    `camera` and the names of its m elements that were estimated; None when it was known.
     `scale`: variance of unit weight by which all cofactors are multiplied, in units of the one a priori.
     """
 
@@ -44,6 +46,7 @@ class Oriented:
     f_mm: float
     covariance: Array
     scale: float
+    camera: tuple[Camera, tuple[str, ...]] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +58,7 @@ class Meeting:
     jacobians: RayJacobians
     axes: Array
     height_variance: Array
+    reading_covariance: Array
 
     @property
     def met(self) -> list[int]:
@@ -67,7 +71,10 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     frame = frame_of(single(inputs["topocentric"], "topocentric_frame"), ground_of(photo))
     measured, _ = observations(inputs["refine"], inputs["topocentric"])
     seen, events = _placed(measured, inputs["resection"])
-    oriented = _oriented(inputs["resection"], frame)
+    oriented = replace(
+        _oriented(inputs["resection"], frame),
+        camera=adjusted_camera(photo, inputs["photo"], inputs["resection"]),
+    )
     meeting = _meeting(seen, oriented, inputs["resection"], frame)
     events += _level_rays(meeting)
     rows = _rows(meeting, oriented, frame)
@@ -93,10 +100,11 @@ def _placed(measured: Observations, resection: Tables) -> tuple[Observations, li
 def _oriented(resection: Tables, frame: Frame) -> Oriented:
     row = single(resection, "orientation")
     packed = [required(entry, "value") for entry in resection["cofactor"] if entry["unknowns"] == "rotation"]
-    to_right_handed = np.eye(ELEMENTS)
-    to_right_handed[3:, 3:] = frame.partner
+    Q = unpack_upper(np.array(packed))
+    to_right_handed = np.eye(len(Q))
+    to_right_handed[3:6, 3:6] = frame.partner
     scale = required(row, "variance_scale")
-    Q = to_right_handed @ unpack_upper(np.array(packed)) @ to_right_handed
+    Q = to_right_handed @ Q @ to_right_handed
     return Oriented(
         station=frame.right_handed(columns([row], "X_S_m", "Y_S_m", "Z_S_m")[0]),
         rotation=matrix_from_quaternion(columns([row], "q_w", "q_x", "q_y", "q_z")[0]),
@@ -110,10 +118,21 @@ def _meeting(seen: Observations, oriented: Oriented, resection: Tables, frame: F
     adjusted = {str(row["point"]): row for row in resection.get("adjusted_point", ())}
     heights = frame.right_handed(_places(seen, adjusted))
     up = frame.right_handed(seen.up)
-    points = ray_at_height(seen.image, oriented.station, oriented.rotation, oriented.f_mm, heights, up)
+    image, by_camera, reading = _through_camera(seen, oriented)
+    points = ray_at_height(image, oriented.station, oriented.rotation, oriented.f_mm, heights, up)
     jacobians = ray_at_height_jacobians(points, oriented.station, oriented.rotation, oriented.f_mm, up)
+    jacobians = replace(jacobians, C=np.concatenate([jacobians.C, jacobians.J @ by_camera], axis=2))
     scale = required(single(resection, "orientation"), "variance_scale")
-    return Meeting(seen, points, jacobians, _horizon(frame, up), _height_variance(seen, adjusted, scale))
+    return Meeting(seen, points, jacobians, _horizon(frame, up), _height_variance(seen, adjusted, scale), reading)
+
+
+def _through_camera(seen: Observations, oriented: Oriented) -> tuple[Array, Array, Array]:
+    """Image coordinates (n, 2), their partials (n, 2, m) by the estimated camera, their covariance (n, 2, 2)."""
+    if oriented.camera is None:
+        return seen.image, np.zeros((len(seen.image), 2, 0)), seen.image_covariance
+    camera, names = oriented.camera
+    image, by_reading, by_camera = camera_effect(camera, names, seen.image_rows)
+    return image, by_camera, by_reading @ seen.image_covariance @ by_reading.transpose(0, 2, 1)
 
 
 def _places(seen: Observations, adjusted: Mapping[str, Row]) -> Array:
@@ -146,7 +165,7 @@ def _horizon(frame: Frame, up: Array) -> Array:
 
 def _rows(meeting: Meeting, oriented: Oriented, frame: Frame) -> list[Row]:
     seen, axes, known = meeting.seen, meeting.axes, meeting.seen.known
-    reading = oriented.scale * seen.image_covariance
+    reading = oriented.scale * meeting.reading_covariance
     found = ground_covariance(meeting.jacobians, oriented.covariance, reading, meeting.height_variance)
     in_plan = [axes @ part @ axes.transpose(0, 2, 1) for part in (found.orientation, found.reading, found.height)]
     stored = frame.right_handed(meeting.points)

@@ -7,7 +7,7 @@ import numpy as np
 
 from orient.geometry.rotation import aok_by_rotation, aok_from_matrix, opk_by_rotation, opk_from_matrix
 from orient.pipeline.frames import Frame
-from orient.pipeline.tables import Array, number, required
+from orient.pipeline.tables import Array, required
 from orient.solvers.element_observations import ElementObservation, Misclosure, along
 from orient.units import DEGREES_PER_RADIAN, RADIANS_PER_DEGREE, wrap_half_turn
 from orient.values import Row
@@ -30,7 +30,9 @@ def known_elements(rows: Sequence[Row], frame: Frame, sigma0: float) -> KnownEle
     by_name = {str(row["quantity"]): row for row in rows}
     fixed = _fixed_station(by_name, frame)
     chosen = [row for row in rows if row["sigma"] is not None]
-    sigmas = [required(row, "sigma") * (1.0 if str(row["quantity"]).endswith("_S") else RADIANS_PER_DEGREE) for row in chosen]
+    sigmas = [
+        required(row, "sigma") * (1.0 if str(row["quantity"]).endswith("_S") else RADIANS_PER_DEGREE) for row in chosen
+    ]
     observations = [
         ElementObservation(str(row["quantity"]), (sigma / sigma0) ** 2, _misclosure(row, by_name, frame))
         for row, sigma in zip(chosen, sigmas, strict=True)
@@ -71,7 +73,8 @@ def _place(by_name: dict[str, Row], frame: Frame) -> Array:
         return np.array([required(by_name[name], "value") for name in LOCAL])
     latitude, longitude, height = (required(by_name[name], "value") for name in GEOGRAPHIC)
     B, L = np.array([latitude, longitude]) * RADIANS_PER_DEGREE
-    return frame.from_geographic(np.array([B]), np.array([L]), np.array([height]))[0]
+    place: Array = frame.from_geographic(np.array([B]), np.array([L]), np.array([height]))[0]
+    return place
 
 
 def _misclosure(row: Row, by_name: dict[str, Row], frame: Frame) -> Misclosure:
@@ -104,7 +107,9 @@ def _height(frame: Frame, given: float) -> Misclosure:
 def _angle(quantity: str, given: float) -> Misclosure:
     triple, angle = quantity.split("_")
     place = ANGLES[triple].index(angle)
-    angles_of, by_rotation = {"aok": (aok_from_matrix, aok_by_rotation), "opk": (opk_from_matrix, opk_by_rotation)}[triple]
+    angles_of, by_rotation = {"aok": (aok_from_matrix, aok_by_rotation), "opk": (opk_from_matrix, opk_by_rotation)}[
+        triple
+    ]
 
     def misclosure(rotation: Array, station: Array) -> tuple[float, Array]:
         value = float(angles_of(rotation)[place])

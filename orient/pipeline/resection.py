@@ -1,19 +1,24 @@
 """Stage `resection`: the exterior orientation of the photo by functional iteration, without start values."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from orient.errors import GeometryError
+from orient.pipeline.calibration import Calibration, calibrate, candidates_of
+from orient.pipeline.camera import camera_unknowns, with_element
+from orient.pipeline.camera_rows import camera_events, camera_tables
 from orient.pipeline.common_coefficients import CommonCoefficients, common_coefficients
 from orient.pipeline.findings import in_stored_names, odd_points, resection_findings
 from orient.pipeline.frames import Frame, frame_of
 from orient.pipeline.ground import Ground, ground_of
+from orient.pipeline.known_elements import KnownElements, known_elements, known_residual_rows
 from orient.pipeline.resection_rows import result_tables
 from orient.pipeline.resection_trace import adjusted_coefficient_rows, trace_tables
 from orient.pipeline.tables import Array, columns, required, single
 from orient.pipeline.weights import ground_weights
+from orient.solvers.camera_unknowns import CameraUnknowns
 from orient.solvers.engines import Engine
 from orient.solvers.resection import Resection, resect
 from orient.units import RADIANS_PER_DEGREE
@@ -23,6 +28,7 @@ MINIMUM_POINTS = 3
 HEIGHT_TOLERANCE_M = 1e-3
 MAX_HEIGHT_ROUNDS = 10
 MICROMETRES = 1000.0
+INSEPARABLE = "cannot be separated"
 NAMED = 10
 """Points that one event names; the tables hold all of them."""
 
@@ -36,6 +42,7 @@ class Observations:
     image: Array
     image_covariance: Array
     rows: Sequence[Row]
+    image_rows: Sequence[Row] = ()
 
     def only(self, role: str) -> "Observations":
         return self.at([index for index, value in enumerate(self.roles) if value == role])
@@ -48,6 +55,7 @@ class Observations:
             self.image[keep],
             self.image_covariance[keep],
             [self.rows[index] for index in keep],
+            [self.image_rows[index] for index in keep] if self.image_rows else (),
         )
 
     @property
@@ -63,8 +71,49 @@ class Observations:
         return np.array([str(row["known"]) for row in self.rows])
 
 
+@dataclass(frozen=True, slots=True)
+class Assignment:
+    """Everything that a resection of this photo starts from."""
+
+    photo: Row
+    ground: Ground
+    frame: Frame
+    control: Observations
+    shared: CommonCoefficients | None
+    known: KnownElements
+    interior: CameraUnknowns | None
+    sigma0: float
+    settings: Settings
+
+
 def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     """Outcome with orientation, cofactors, iterations, equations and residuals."""
+    task, check, events = _assignment(inputs, settings)
+    task, found, calibration = _calibrated(task, inputs["photo"])
+    steps = {} if calibration is None else {"calibration_step": calibration.rows}
+    events += [] if calibration is None else calibration.events
+    control, frame, sigma0 = task.control, task.frame, task.sigma0
+    coefficients = () if task.shared is None else task.shared.coefficients
+    traces = {**trace_tables(found, frame, control.points, task.interior, coefficients), **steps}
+    if found.termination != "CONVERGED":
+        full = np.flatnonzero(control.known == "XYZ")
+        place = frame.right_handed(control.ground[full])
+        events += odd_points(control.image[full], place, found.f_mm, [control.points[int(i)] for i in full])
+        error = f"{found.termination.value}: {in_stored_names(found.message, frame)}"
+        return Outcome(traces, events, error=error, hint=_hint(found))
+    use_posteriori = settings["variance"] == "posteriori" and found.redundancy > 0
+    events += resection_findings(found, frame, control.points, sigma0)
+    events += camera_events(found, task.interior, task.photo, sigma0, use_posteriori)
+    results = result_tables(found, frame, control, check, sigma0, use_posteriori, task.interior)
+    camera = camera_tables(found, task.interior, sigma0, use_posteriori)
+    shares = found.known_redundancy[len(found.known_redundancy) - len(task.known.observations) :]
+    known = {"known_residual": known_residual_rows(task.known, found.rotation, found.station, shares)}
+    adjusted = {"adjusted_coefficient": adjusted_coefficient_rows(found, task.shared, sigma0)}
+    return Outcome({**results, **camera, **known, **adjusted, **traces}, events, _summary(found, task.interior, sigma0))
+
+
+def _assignment(inputs: Mapping[str, Tables], settings: Settings) -> tuple[Assignment, Observations, list[Event]]:
+    """The control with all that is known of ground and camera; the check points; what could not be used."""
     photo = single(inputs["photo"], "photo")
     ground = ground_of(photo)
     frame = frame_of(single(inputs["topocentric"], "topocentric_frame"), ground)
@@ -72,20 +121,38 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     control, check = seen.only("control"), seen.only("check")
     _require_enough(control)
     sigma0 = required(photo, "sigma_image_mm")
-    shared = _shared(control, inputs.get("digitize", {}), frame, ground, settings)
-    found = _solve(photo, ground, frame, control, shared, sigma0, settings)
-    traces = trace_tables(found, frame, control.points, () if shared is None else shared.coefficients)
-    if found.termination != "CONVERGED":
-        full = np.flatnonzero(control.known == "XYZ")
-        place = frame.right_handed(control.ground[full])
-        events += odd_points(control.image[full], place, found.f_mm, [control.points[int(i)] for i in full])
-        error = f"{found.termination.value}: {in_stored_names(found.message, frame)}"
-        return Outcome(traces, events, error=error, hint=_hint(found.termination))
-    events += resection_findings(found, frame, control.points, sigma0)
-    use_posteriori = settings["variance"] == "posteriori" and found.redundancy > 0
-    results = result_tables(found, frame, control, check, sigma0, use_posteriori)
-    adjusted = {"adjusted_coefficient": adjusted_coefficient_rows(found, shared, sigma0)}
-    return Outcome({**results, **adjusted, **traces}, events, _summary(found, sigma0))
+    task = Assignment(
+        photo=photo,
+        ground=ground,
+        frame=frame,
+        control=control,
+        shared=_shared(control, inputs.get("digitize", {}), frame, ground, settings),
+        known=known_elements(inputs["photo"].get("known_element", ()), frame, sigma0),
+        interior=camera_unknowns(photo, inputs["photo"], control.image_rows, settings, sigma0),
+        sigma0=sigma0,
+        settings=settings,
+    )
+    return task, check, events
+
+
+def _calibrated(task: Assignment, photo_tables: Tables) -> tuple[Assignment, Resection, Calibration | None]:
+    """The resection; with --calibrate auto, with the elements of the camera that its steps have chosen."""
+    found = _solve(task)
+    if task.interior is None or task.settings["calibrate"] != "auto" or found.termination != "CONVERGED":
+        return task, found, None
+
+    def solve(interior: CameraUnknowns, start: tuple[Array, Array] | None) -> Resection:
+        return _solve(replace(task, interior=interior), start)
+
+    def add(interior: CameraUnknowns, name: str) -> CameraUnknowns:
+        return with_element(interior, name, task.photo, photo_tables, task.sigma0)
+
+    def rename(text: str) -> str:
+        return in_stored_names(text, task.frame)
+
+    calibration = calibrate(task.interior, found, solve, add, candidates_of(task.interior), task.sigma0, rename)
+    chosen = replace(task, interior=calibration.unknowns)
+    return chosen, _solve(chosen), calibration
 
 
 def _shared(
@@ -114,6 +181,7 @@ def observations(refine: Tables, topocentric: Tables) -> tuple[Observations, lis
         image=columns(rows, "x_mm", "y_mm"),
         image_covariance=packed.reshape(-1, 2, 2),
         rows=[ground[point] for point in both],
+        image_rows=rows,
     )
     return seen, events
 
@@ -139,17 +207,10 @@ def _require_enough(control: Observations) -> None:
         )
 
 
-def _solve(
-    photo: Row,
-    ground: Ground,
-    frame: Frame,
-    control: Observations,
-    shared: CommonCoefficients | None,
-    sigma0: float,
-    settings: Settings,
-) -> Resection:
+def _solve(task: Assignment, start: tuple[Array, Array] | None = None) -> Resection:
     """Resection; height-only points are set on the curved surface of their height again until they lie on it."""
-    own = None if shared is None else shared.own
+    control, frame, sigma0, settings = task.control, task.frame, task.sigma0, task.settings
+    own = None if task.shared is None else task.shared.own
     weights = ground_weights(control.rows, str(settings["control"]), sigma0, own)
     place, up = control.ground, control.up
     height_only = control.known == "height"
@@ -159,21 +220,25 @@ def _solve(
             control.image,
             control.image_covariance / sigma0**2,
             frame.right_handed(place),
-            required(photo, "f_mm"),
+            required(task.photo, "f_mm"),
             ground_free=frame.right_handed_matrix(free) if free.any() else None,
             ground_weight=frame.right_handed_matrix(weight) if free.any() else None,
-            common=None if shared is None else shared.in_solver(frame, sigma0),
+            common=None if task.shared is None else task.shared.in_solver(frame, sigma0),
             start_mask=control.known == "XYZ",
-            approximate_station=_approximate_station(photo, frame, ground),
+            approximate_station=_approximate_station(task.photo, frame, task.ground),
+            fixed_station=task.known.fixed_station,
+            observed=task.known.observations,
+            interior=task.interior,
+            start=start,
             tolerance=float(settings["tolerance"] or 0.0),
             max_iterations=int(settings["max_iterations"] or 0),
             names=control.points,
             engine=Engine(str(settings["engine"])),
-            camera_above=None if photo["platform"] == "terrestrial" else np.array([0.0, 0.0, 1.0]),
+            camera_above=None if task.photo["platform"] == "terrestrial" else np.array([0.0, 0.0, 1.0]),
         )
         if not height_only.any() or found.termination != "CONVERGED" or frame.origin is None:
             return found
-        place, up, lift = _on_their_height(found, frame, ground, control, place, up)
+        place, up, lift = _on_their_height(found, frame, task.ground, control, place, up)
         if lift < HEIGHT_TOLERANCE_M:
             return found
     return found
@@ -211,20 +276,28 @@ def _approximate_station(photo: Row, frame: Frame, ground: Ground) -> Array | No
     return frame.right_handed(place[0])
 
 
-def _hint(termination: str) -> str:
+def _hint(found: Resection) -> str:
+    if INSEPARABLE in found.message:
+        name = found.message.split(" ", 1)[0]
+        return (
+            f"Leave {name} out of --estimate, give its standard deviation in photo.toml, or add control at other "
+            "heights or an oblique view."
+        )
     return {
         "BEHIND_CAMERA": "Check signs and axes of the image coordinates and the order of the ground coordinates.",
         "BELOW_GROUND": "X and Y of the ground may be exchanged, or handedness is wrong; see docs/conventions.md.",
         "SINGULAR": "Add control off the line or plane of the others, or mend the points named above.",
         "MAX_ITERATIONS": "Check coordinates (B and L exchanged? degrees for metres?), f and the axes of the readings.",
-    }.get(termination, "Look at the iterations: orient show PROJECT resection")
+    }.get(found.termination, "Look at the iterations: orient show PROJECT resection")
 
 
-def _summary(found: Resection, sigma0: float) -> str:
+def _summary(found: Resection, interior: CameraUnknowns | None, sigma0: float) -> str:
+    names = () if interior is None else interior.names
+    estimated = f", {', '.join(names)} estimated" if names else ""
     if found.redundancy == 0:
-        return f"{len(found.iterations)} iterations, no redundancy"
+        return f"{len(found.iterations)} iterations, no redundancy{estimated}"
     posteriori = (found.vPv / found.redundancy) ** 0.5
     return (
         f"sigma0 {MICROMETRES * posteriori:.3g} um ({posteriori / sigma0:.2f} of a priori), "
-        f"r = {found.redundancy}, {len(found.iterations)} iterations"
+        f"r = {found.redundancy}, {len(found.iterations)} iterations{estimated}"
     )

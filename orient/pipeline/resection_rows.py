@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from orient.geometry.camera import camera_equations
 from orient.geometry.collinearity import project
 from orient.geometry.rotation import (
     aok_by_rotation,
@@ -15,8 +16,10 @@ from orient.geometry.rotation import (
     opk_from_matrix,
     quaternion_from_matrix,
 )
+from orient.pipeline.camera import measured_of
 from orient.pipeline.frames import Frame
 from orient.pipeline.tables import COVARIANCE_PARTS, UPPER_3, Array, named_packed_rows, or_none
+from orient.solvers.camera_unknowns import CameraUnknowns
 from orient.solvers.resection import Resection
 from orient.units import DEGREES_PER_RADIAN
 from orient.values import Row
@@ -39,6 +42,7 @@ def result_tables(
     check: "Observations",
     sigma0: float,
     use_posteriori: bool,
+    interior: CameraUnknowns | None = None,
 ) -> Mapping[str, Sequence[Row]]:
     """Orientation, angles, cofactors, residuals and adjusted ground points."""
     scale = found.vPv / found.redundancy if use_posteriori else sigma0**2
@@ -46,7 +50,7 @@ def result_tables(
         "orientation": [_orientation_row(found, frame, sigma0, scale, use_posteriori)],
         "orientation_angle": _angle_rows(found, frame, scale),
         "cofactor": _cofactor_rows(found, frame),
-        "image_residual": [*_control_residuals(found, control), *_check_residuals(found, frame, check)],
+        "image_residual": [*_control_residuals(found, control), *_check_residuals(found, frame, check, interior)],
         "adjusted_point": _adjusted_rows(found, frame, control),
     }
 
@@ -118,15 +122,16 @@ def _triples(found: Resection, frame_name: str, turn: Array, scale: float) -> Ro
 
 
 def _cofactor_rows(found: Resection, frame: Frame) -> Rows:
-    to_stored = np.eye(6)
-    to_stored[3:, 3:] = frame.partner
+    camera = found.unknowns[6:]
+    to_stored = np.eye(len(found.Q))
+    to_stored[3:6, 3:6] = frame.partner
     rotation = to_stored @ found.Q @ to_stored.T
-    rows = _packed_rows("rotation", (*ROTATIONS, *STATION), rotation)
+    rows = _packed_rows("rotation", (*ROTATIONS, *STATION, *camera), rotation)
     if near_blind_aok(found.rotation):
         return rows
-    to_angles = np.eye(6)
+    to_angles = np.eye(len(found.Q))
     to_angles[:3, :3] = aok_by_rotation(found.rotation)
-    return rows + _packed_rows("aok", (*ANGLES_AOK, *STATION), to_angles @ rotation @ to_angles.T)
+    return rows + _packed_rows("aok", (*ANGLES_AOK, *STATION, *camera), to_angles @ rotation @ to_angles.T)
 
 
 def _packed_rows(unknowns: str, unknown_names: Sequence[str], matrix: Array) -> Rows:
@@ -138,7 +143,7 @@ def _control_residuals(found: Resection, control: "Observations") -> Rows:
         {
             "point": point,
             "role": "control",
-            **named(("x_mm", "y_mm"), control.image[index]),
+            **named(("x_mm", "y_mm"), found.measured[index]),
             **named(("vx_mm", "vy_mm"), found.residuals[index]),
             **named(("redundancy_x", "redundancy_y"), found.redundancy_numbers[index]),
             "depth_m": -float(found.zs[index]),
@@ -147,18 +152,24 @@ def _control_residuals(found: Resection, control: "Observations") -> Rows:
     ]
 
 
-def _check_residuals(found: Resection, frame: Frame, check: "Observations") -> Rows:
+def _check_residuals(found: Resection, frame: Frame, check: "Observations", interior: CameraUnknowns | None) -> Rows:
     """Computed minus measured at the check points; partly given ones cannot be compared."""
     full = [index for index, known in enumerate(check.known) if known == "XYZ"]
     if not full:
         return []
     computed, zs = project(frame.right_handed(check.ground[full]), found.station, found.rotation, found.f_mm)
+    measured = check.image[full]
+    residuals = computed - measured
+    if interior is not None:
+        readings = measured_of([check.image_rows[index] for index in full])
+        lens = camera_equations(interior.at(found.camera), (), computed, readings)
+        measured, residuals = lens.measured, lens.misclosure
     return [
         {
             "point": check.points[index],
             "role": "check",
-            **named(("x_mm", "y_mm"), check.image[index]),
-            **named(("vx_mm", "vy_mm"), computed[row] - check.image[index]),
+            **named(("x_mm", "y_mm"), measured[row]),
+            **named(("vx_mm", "vy_mm"), residuals[row]),
             "redundancy_x": None,
             "redundancy_y": None,
             "depth_m": -float(zs[row]),

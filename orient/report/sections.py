@@ -68,6 +68,14 @@ SECTIONS: Mapping[str, tuple[Section, ...]] = {
         _section("Frame", "topocentric_frame", "kind B_N_deg.6 L_N_deg.6 H_N_m.1 gamma_deg.6"),
         _section("Points in T'", "topocentric_point", "point role weighting known X_m.3 Y_m.3 Z_m.3"),
     ),
+    "resection": (
+        _section("Known of the camera's place: adjusted minus known", "known_residual", "quantity unit sigma.4 v.4"),
+        _section(
+            "Calibration by steps",
+            "calibration_step",
+            "step unknown decision t.1 correlation.3 correlated_with",
+        ),
+    ),
     "covariance": (
         _section(
             "Ground points: where the ray meets the height; dX, dY = ray minus map, with the map's own error in them",

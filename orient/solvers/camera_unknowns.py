@@ -94,4 +94,3 @@ def strongest_partner(triangle: FloatArray, i: int) -> tuple[int, float]:
     correlations[i] = 0.0
     partner = int(np.argmax(np.abs(correlations)))
     return partner, float(correlations[partner])
-
