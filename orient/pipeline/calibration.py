@@ -59,8 +59,9 @@ def calibrate(
 ) -> Calibration:
     """In each step every candidate is tried beside those taken; the one with the largest |t| / limit is taken.
 
-    `first`: the resection with `begin`; `rename`: the solver's words in those of the stored frame. A candidate must be significant (two-sided Student test at 1 %) and separable:
-    no correlation with another unknown from 0.95, condition ratio at least 1e-4. Ends when none is left that is both.
+    `first`: the resection with `begin`; `rename`: the solver's words in those of the stored frame. A candidate must be
+    significant (two-sided Student test at 1 %) and separable: no correlation with another unknown from 0.95, condition
+    ratio at least 1e-4. Ends when none is left that is both.
     """
     unknowns, found = begin, first
     rows: list[Row] = []

@@ -24,7 +24,7 @@ LENSES = {
 STEPS = {
     "f": 1e-3, "x0": 1e-3, "y0": 1e-3, "k1": 1e-9, "k2": 1e-13, "k3": 1e-17, "p1": 1e-8, "p2": 1e-8, "b1": 1e-6, "b2": 1e-6
 }  # fmt: skip
-OPENCV_STEPS = {name: 1e-6 for name in ("k1", "k2", "k3", "p1", "p2")}
+OPENCV_STEPS = dict.fromkeys(("k1", "k2", "k3", "p1", "p2"), 1e-06)
 
 
 def case(lens: str) -> tuple[Camera, tuple[str, ...], Array, Measured]:
@@ -60,7 +60,9 @@ def test_partials_by_the_computed_coordinates(lens: str) -> None:
     found = camera_equations(camera, (), computed, measured).by_computed
     for i, place in enumerate(computed):
         one = Measured(measured.frame[i : i + 1], measured.air[i : i + 1])
-        numeric = central_difference(lambda xy, one=one: camera_equations(camera, (), xy[None], one).misclosure[0], place)
+        numeric = central_difference(
+            lambda xy, one=one: camera_equations(camera, (), xy[None], one).misclosure[0], place
+        )
         assert found[i] == pytest.approx(numeric, abs=1e-7)
 
 
