@@ -14,6 +14,7 @@ from orient.values import Event, Row
 
 ALPHA = 0.01
 LIMIT = 0.95
+LOWER = {"k2": "k1", "k3": "k2"}
 SMALLEST_CONDITION = 1e-4
 """Smallest to largest singular value: below, an element is taken apart by rounding rather than by the photo."""
 
@@ -61,13 +62,13 @@ def calibrate(
 
     `first`: the resection with `begin`; `rename`: the solver's words in those of the stored frame. A candidate must be
     significant (two-sided Student test at 1 %) and separable: no correlation with another unknown from 0.95, condition
-    ratio at least 1e-4. Ends when none is left that is both.
+    ratio at least 1e-4. k2 is tried after k1 and k3 after k2. Ends when none is left that is both.
     """
     unknowns, found = begin, first
     rows: list[Row] = []
     last: dict[str, Judged] = {}
     for step in range(1, len(candidates) + 1):
-        left = [name for name in candidates if name not in unknowns.names]
+        left = [name for name in candidates if name not in unknowns.names and _has_its_turn(name, unknowns)]
         tried = [judged(name, add(unknowns, name), solve, found, sigma0, rename) for name in left]
         good = [one for one in tried if not one.decision]
         best = max(good, key=lambda one: abs(one.t) / one.t_limit, default=None)
@@ -78,6 +79,12 @@ def calibrate(
         unknowns, found = best.unknowns, best.found
     taken = [name for name in unknowns.names if name not in begin.names]
     return Calibration(unknowns, rows, _events(taken, last))
+
+
+def _has_its_turn(name: str, unknowns: CameraUnknowns) -> bool:
+    """A higher power means nothing without the lower one: it would stand for it."""
+    before = LOWER.get(name)
+    return before is None or before in unknowns.names or unknowns.camera.values((before,))[0] != 0
 
 
 def judged(

@@ -10,9 +10,10 @@ from orient.pipeline.frames import Frame
 from orient.pipeline.tables import Array, required
 from orient.solvers.element_observations import ElementObservation, Misclosure, along
 from orient.units import DEGREES_PER_RADIAN, RADIANS_PER_DEGREE, wrap_half_turn
-from orient.values import Row
+from orient.values import Event, Row
 
 LOCAL, GEOGRAPHIC = ("X_S", "Y_S", "Z_S"), ("B_S", "L_S", "H_S")
+CONTRADICTION, SMALLEST_SHARE = 3.29, 1e-6
 ANGLES = {"aok": ("alpha", "omega", "kappa"), "opk": ("omega", "phi", "kappa")}
 
 
@@ -58,6 +59,23 @@ def known_residual_rows(
             }
         )
     return rows
+
+
+def known_events(rows: Sequence[Row]) -> list[Event]:
+    """What was known and does not fit the photo: v / (sigma sqrt(r)) beyond 3.29, chance 0.1 %."""
+    events = []
+    for row in rows:
+        share = required(row, "redundancy_number")
+        if share < SMALLEST_SHARE:
+            continue
+        normalised = required(row, "v") / (required(row, "sigma") * share**0.5)
+        if abs(normalised) > CONTRADICTION:
+            message = (
+                f"{row['quantity']} of [known] misses the photo by {abs(required(row, 'v')):.3g} {row['unit']} "
+                f"({abs(normalised):.1f} sigmas): check it and its axes"
+            )
+            events.append(Event("warning", "known_contradicted", str(row["quantity"]), message, normalised))
+    return events
 
 
 def _fixed_station(by_name: dict[str, Row], frame: Frame) -> Array | None:

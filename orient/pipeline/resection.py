@@ -13,7 +13,7 @@ from orient.pipeline.common_coefficients import CommonCoefficients, common_coeff
 from orient.pipeline.findings import in_stored_names, odd_points, resection_findings
 from orient.pipeline.frames import Frame, frame_of
 from orient.pipeline.ground import Ground, ground_of
-from orient.pipeline.known_elements import KnownElements, known_elements, known_residual_rows
+from orient.pipeline.known_elements import KnownElements, known_elements, known_events, known_residual_rows
 from orient.pipeline.resection_rows import result_tables
 from orient.pipeline.resection_trace import adjusted_coefficient_rows, trace_tables
 from orient.pipeline.tables import Array, columns, required, single
@@ -107,9 +107,11 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     results = result_tables(found, frame, control, check, sigma0, use_posteriori, task.interior)
     camera = camera_tables(found, task.interior, sigma0, use_posteriori)
     shares = found.known_redundancy[len(found.known_redundancy) - len(task.known.observations) :]
-    known = {"known_residual": known_residual_rows(task.known, found.rotation, found.station, shares)}
+    known = known_residual_rows(task.known, found.rotation, found.station, shares)
+    events += known_events(known)
     adjusted = {"adjusted_coefficient": adjusted_coefficient_rows(found, task.shared, sigma0)}
-    return Outcome({**results, **camera, **known, **adjusted, **traces}, events, _summary(found, task.interior, sigma0))
+    tables = {**results, **camera, "known_residual": known, **adjusted, **traces}
+    return Outcome(tables, events, _summary(found, task.interior, sigma0))
 
 
 def _assignment(inputs: Mapping[str, Tables], settings: Settings) -> tuple[Assignment, Observations, list[Event]]:

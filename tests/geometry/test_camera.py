@@ -22,7 +22,8 @@ LENSES = {
     "table": Distortion("radial_table", "displacement", {}, TABLE),
 }
 STEPS = {
-    "f": 1e-3, "x0": 1e-3, "y0": 1e-3, "k1": 1e-9, "k2": 1e-13, "k3": 1e-17, "p1": 1e-8, "p2": 1e-8, "b1": 1e-6, "b2": 1e-6
+    "f": 1e-3, "x0": 1e-3, "y0": 1e-3, "k1": 1e-9, "k2": 1e-13, "k3": 1e-17, "p1": 1e-8, "p2": 1e-8, "b1": 1e-6,
+    "b2": 1e-6,
 }  # fmt: skip
 OPENCV_STEPS = dict.fromkeys(("k1", "k2", "k3", "p1", "p2"), 1e-06)
 
