@@ -7,7 +7,6 @@ import pytest
 
 from orient.errors import OrientError
 from orient.intake.options import ReadOptions
-from orient.intake.photo_facts import UNKNOWN
 from orient.intake.project_folder import read_input
 from orient.values import Row
 
@@ -27,7 +26,7 @@ EARTH = PHOTO + '[ground]\nellipsoid = "WGS 84"\n'
 def rows_of(text: str, folder: Path, table: str = "known_element") -> dict[str, Row]:
     path = folder / "photo.toml"
     path.write_text(text, "utf-8")
-    tables = read_input("photo", [path], ReadOptions(), UNKNOWN).tables
+    tables = read_input("photo", [path], ReadOptions(), None).tables
     return {str(row["quantity" if table == "known_element" else "name"]): row for row in tables.get(table, ())}
 
 
@@ -74,14 +73,14 @@ STATION = "[known.station]\nX_m = 1.0\nY_m = 2.0\nZ_m = 3.0\n"
     ("text", "message"),
     [
         (LOCAL + STATION, ":14: sigma_m is missing in [known.station]"),
-        (LOCAL + STATION + "sigma_m = [0.1, 0.0, 0.1]\n", "sigma_m: must be > 0. For a station without error use fixed = true"),
+        (LOCAL + STATION + "sigma_m = [0.1, 0.0, 0.1]\n", "sigma_m: must be > 0"),
         (LOCAL + "[known.station]\nX_m = 1.0\nfixed = true\n", "Y_m is missing in [known.station]"),
         (EARTH + STATION + "fixed = true\n", "B_deg is missing in [known.station]"),
         (LOCAL + STATION + 'fixed = "yes"\n', "fixed: expected true or false"),
         (LOCAL + "[known.height]\nZ_m = 5.0\n", "height: give Z_m and sigma_m, or range_m"),
         (LOCAL + "[known.height]\nrange_m = [5.0, 4.0]\n", "the second height must be above the first"),
         (LOCAL + STATION + "fixed = true\n[known.height]\nrange_m = [5.0, 9.0]\n", "the height is given twice"),
-        (LOCAL + '[known.angles]\ntriple = "opk"\nsigma_deg = 1.0\n', "angles: give one of omega_deg, phi_deg, kappa_deg"),
+        (LOCAL + '[known.angles]\ntriple = "opk"\nsigma_deg = 1.0\n', "angles: give one of omega_deg, phi_deg"),
         (LOCAL + "[known.angles]\nkappa_deg = 1.0\nsigma_deg = 1.0\n", "triple is missing in [known.angles]"),
         (LOCAL + '[known.angles]\ntriple = "opk"\nkappa_deg = 1.0\n', "sigma_deg is missing in [known.angles]"),
         (LOCAL + '[known.angles]\ntriple = "opk"\nkappa_deg = 1.0\nsigma_deg = 0\n', "sigma_deg: must be > 0"),
