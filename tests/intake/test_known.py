@@ -72,7 +72,7 @@ STATION = "[known.station]\nX_m = 1.0\nY_m = 2.0\nZ_m = 3.0\n"
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (LOCAL + STATION, ":14: sigma_m is missing in [known.station]"),
+        (LOCAL + STATION, ":11: sigma_m is missing in [known.station]"),
         (LOCAL + STATION + "sigma_m = [0.1, 0.0, 0.1]\n", "sigma_m: must be > 0"),
         (LOCAL + "[known.station]\nX_m = 1.0\nfixed = true\n", "Y_m is missing in [known.station]"),
         (EARTH + STATION + "fixed = true\n", "B_deg is missing in [known.station]"),
