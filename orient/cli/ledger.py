@@ -1,5 +1,6 @@
-"""Commands about versions: status, log, show, diff, select, check, upgrade."""
+"""Commands about versions and the file: status, log, show, diff, select, check, backup, receive, upgrade."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -10,7 +11,7 @@ StageName = Annotated[str, typer.Argument(metavar="STAGE", help="photo, readings
 
 
 def register(app: typer.Typer) -> None:
-    for command in (status, log, show, diff, select, check, upgrade):
+    for command in (status, log, show, diff, select, check, backup, receive, upgrade):
         app.command()(command)
 
 
@@ -79,6 +80,28 @@ def check(project: ProjectPath) -> None:
     from orient.report.check import show_check
 
     show_check(project)
+
+
+def backup(
+    project: ProjectPath,
+    target: Annotated[
+        Path | None, typer.Argument(metavar="[COPY]", help="A new name; by default beside the project, with the time.")
+    ] = None,
+) -> None:
+    """Copy the project as it is at this moment, also while others work on it, and verify every digest of the copy."""
+    from orient.report.check import show_backup
+
+    show_backup(project, target)
+
+
+def receive(
+    stranger: Annotated[Path, typer.Argument(metavar="STRANGER", help="A project file that somebody sent.")],
+    target: Annotated[Path, typer.Argument(metavar="COPY", help="A new name for the clean copy.")],
+) -> None:
+    """Make a clean, verified copy of a project of unknown origin, or say why not. The file sent is never opened."""
+    from orient.report.check import show_received
+
+    show_received(stranger, target)
 
 
 def upgrade(project: ProjectPath) -> None:

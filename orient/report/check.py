@@ -1,16 +1,22 @@
-"""`check` and `upgrade`: what they found, line by line."""
+"""`check`, `backup`, `receive` and `upgrade`: what they found and made."""
 
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
 from pathlib import Path
 
 from orient.errors import ProjectError
 from orient.report.text import console, printable
 from orient.store.check import check_project
+from orient.store.copies import Copied, backup_project, receive_project
 from orient.store.upgrade import upgrade_project
 
 
 def show_check(path: Path) -> None:
     """Every line of the examination; a fault ends the command with exit code 3."""
-    report = check_project(path)
+    with counted("runs examined") as progress:
+        report = check_project(path, progress)
     out = console()
     for line in report.lines:
         mark = "ok   " if line.ok else "FAULT"
@@ -20,6 +26,37 @@ def show_check(path: Path) -> None:
         worst = f"{path}: {faults[0].name}: {faults[0].detail}"
         raise ProjectError(worst, "Restore a backup, or make the project anew.")
     out.print(f"{printable(str(path))} is sound.")
+
+
+def show_backup(path: Path, target: Path | None) -> None:
+    """Where the copy is and what was verified in it."""
+    stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
+    with counted("runs examined") as progress:
+        copied = backup_project(path, target or path.with_name(f"{path.stem}.backup-{stamp}{path.suffix}"), progress)
+    _say_copied(copied, "backup")
+
+
+def show_received(stranger: Path, target: Path) -> None:
+    with counted("runs examined") as progress:
+        copied = receive_project(stranger, target, progress)
+    _say_copied(copied, "clean copy")
+
+
+def _say_copied(copied: Copied, what: str) -> None:
+    out = console()
+    out.print(f"{printable(str(copied.path))}: {what}, {copied.runs} runs, every digest verified, {copied.size} bytes")
+    out.print(f"sha256 {copied.sha256}")
+
+
+@contextmanager
+def counted(what: str) -> Iterator[Callable[[int, int], None]]:
+    """A moving line on a terminal for long work, nothing elsewhere."""
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console(), transient=True, disable=not sys.stdout.isatty()) as bar:
+        task = bar.add_task(what, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
 def show_upgrade(path: Path) -> None:

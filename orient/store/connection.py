@@ -90,6 +90,20 @@ def _harden(connection: sqlite3.Connection, watch: Watch) -> None:
     connection.set_authorizer(watch.authorize)
 
 
+def compact_into(source: Path, target: Path) -> None:
+    """Write the content of an examined file into an existing empty one, without free pages (VACUUM INTO).
+
+    The only connection that may attach a file; it is opened after the gate and does nothing else.
+    """
+    connection = hardened(source, "read", Watch())
+    try:
+        connection.set_authorizer(None)
+        connection.setlimit(sqlite3.SQLITE_LIMIT_ATTACHED, 1)
+        connection.execute("VACUUM INTO ?", (os.fspath(target),))
+    finally:
+        connection.close()
+
+
 def _set_dbconfig(connection: Any) -> None:
     """Stored triggers and views are dead; TEMP ones still work (Python 3.12 and later)."""
     on = ("SQLITE_DBCONFIG_DEFENSIVE",)

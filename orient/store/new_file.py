@@ -2,12 +2,19 @@
 
 import os
 import secrets
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from orient.errors import ProjectError, UsageError
 from orient.store.errors import ReadOnly
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+
+PREFIX, SUFFIX = ".orient-", ".new"
 
 
 def new_name(path: str | os.PathLike[str]) -> Path:
@@ -23,24 +30,61 @@ def new_name(path: str | os.PathLike[str]) -> Path:
     return target
 
 
-def make_file(target: Path, write: Callable[[Path], None]) -> None:
+def make_file(target: Path, write: Callable[[Path], None], mode: int = 0o600) -> None:
     """Let `write` fill a temporary file in the same folder, then give it its name; no trace if anything fails."""
-    temporary = target.with_name(f".{secrets.token_hex(8)}.new")
-    create_empty(temporary, 0o600)
-    try:
+    with temporary_file(target.parent, mode) as temporary:
         write(temporary)
         _give_name(temporary, target)
-    finally:
-        for leftover in (temporary, Path(f"{temporary}-journal")):
-            leftover.unlink(missing_ok=True)
 
 
-def create_empty(path: Path, mode: int) -> None:
-    flags = os.O_CREAT | os.O_EXCL | os.O_WRONLY | getattr(os, "O_NOFOLLOW", 0)
+@contextmanager
+def temporary_file(folder: Path, mode: int = 0o600) -> Iterator[Path]:
+    """An empty file that is gone afterwards, with its journal; what killed commands left in the folder goes before.
+
+    The lock says that its maker lives. It is closed last: closing a file drops SQLite's own locks on it.
+    """
+    _sweep(folder)
+    path = folder / f"{PREFIX}{secrets.token_hex(8)}{SUFFIX}"
+    descriptor = _created(path, mode)
     try:
-        os.close(os.open(path, flags, mode))
+        with suppress(OSError):
+            _lock(descriptor)
+        yield path
+    finally:
+        _remove(path)
+        os.close(descriptor)
+
+
+def _created(path: Path, mode: int) -> int:
+    flags = os.O_CREAT | os.O_EXCL | os.O_RDWR | getattr(os, "O_NOFOLLOW", 0)
+    try:
+        return os.open(path, flags, mode)
     except OSError as error:
         raise ReadOnly(f"{path.parent} cannot be written: {error.strerror}.", "Choose another folder.") from None
+
+
+def _sweep(folder: Path) -> None:
+    """Remove temporary files whose maker was killed: nobody holds their lock."""
+    for left in folder.glob(f"{PREFIX}*{SUFFIX}"):
+        with suppress(OSError):
+            descriptor = os.open(left, os.O_RDWR | getattr(os, "O_NOFOLLOW", 0))
+            try:
+                _lock(descriptor)
+                _remove(left)
+            finally:
+                os.close(descriptor)
+
+
+def _lock(descriptor: int) -> None:
+    """Raise OSError if another command holds the file; where there are no such locks nothing is swept."""
+    if fcntl is None:
+        raise OSError("no locks")
+    fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def _remove(path: Path) -> None:
+    for leftover in (Path(f"{path}-journal"), path):
+        leftover.unlink(missing_ok=True)
 
 
 def _give_name(temporary: Path, target: Path) -> None:

@@ -143,7 +143,7 @@ def _check_identity(header: bytes, path: Path, form: Format, any_version: bool) 
     if header[18:20] == b"\x02\x02":
         raise ProjectError(
             f"{path}: another program changed this file to WAL mode.",
-            "Close that program and set it back: PRAGMA journal_mode=DELETE",
+            f"Run: orient receive {path.name} COPY",
         )
     if header[18:20] != b"\x01\x01":
         raise Corrupt(f"{path}: damaged header.", "Use a backup.")

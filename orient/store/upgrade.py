@@ -1,7 +1,6 @@
 """`orient upgrade`: migrate a copy, verify it, keep the old file as a backup, replace it in one step."""
 
 import os
-import secrets
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,13 +10,14 @@ from sqlalchemy import Connection
 from orient.errors import ProjectError
 from orient.store import verify
 from orient.store.connection import open_engine
+from orient.store.copies import copy_pages
 from orient.store.creation import build, migrations_folder
 from orient.store.error_map import translated
 from orient.store.fingerprint import check_fingerprint, check_pages
 from orient.store.format import Format, current_format
 from orient.store.gate import recover, require_writable
 from orient.store.guards import quoted
-from orient.store.new_file import create_empty, sync_folder
+from orient.store.new_file import sync_folder, temporary_file
 from orient.store.preflight import Preflight, preflight
 from orient.store.watch import Watch
 
@@ -62,30 +62,13 @@ def _upgrade(look: Preflight, before: int, form: Format, migrations: Path) -> Up
     backup = look.path.with_name(f"{look.path.name}.bak-{before:04d}")
     if os.path.lexists(backup):
         raise ProjectError(f"{backup} exists.", "Move the older backup away and run the upgrade again.")
-    copy = look.path.with_name(f".{look.path.name[:100]}.{secrets.token_hex(4)}.new")
-    create_empty(copy, look.path.stat().st_mode & 0o777)
-    try:
-        _copy(look.path, copy)
+    with temporary_file(look.path.parent, look.path.stat().st_mode & 0o777) as copy:
+        copy_pages(look.path, copy)
         _migrate(copy, form, migrations)
         os.link(look.path, backup)
         copy.replace(look.path)
         sync_folder(look.path.parent)
-    finally:
-        for leftover in (copy, Path(f"{copy}-journal")):
-            leftover.unlink(missing_ok=True)
     return Upgraded(before, form.version, backup)
-
-
-def _copy(source: Path, target: Path) -> None:
-    """Copy through SQLite, from a second connection that only reads (a writing one would wait for itself)."""
-    readers, writers = open_engine(source, "read", Watch()), open_engine(target, "write", Watch())
-    try:
-        with readers.connect() as reader, writers.connect() as writer:
-            into = writer.connection.driver_connection
-            reader.connection.driver_connection.backup(into)  # type: ignore[union-attr]
-    finally:
-        readers.dispose()
-        writers.dispose()
 
 
 def _migrate(path: Path, form: Format, migrations: Path) -> None:
