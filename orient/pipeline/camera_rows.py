@@ -1,12 +1,12 @@
 """What a resection found out about the camera: rows of the project file, and the sentences about them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import hypot
 
 import numpy as np
 
 from orient.geometry.distortion import fold_radius
-from orient.pipeline.calibration import significance
+from orient.pipeline.calibration import significance, strongest_correlation
 from orient.pipeline.camera import unit_of
 from orient.pipeline.tables import number, or_none, required
 from orient.solvers.camera_unknowns import CameraUnknowns
@@ -16,6 +16,7 @@ from orient.values import Event, Row
 CONTRADICTION = 3.29
 """Normalised residual of a value a priori, chance 0.1 %, above which photo and camera file contradict each other."""
 SMALLEST_SHARE = 1e-6
+HARDLY_SEPARABLE = 0.999
 
 
 def camera_tables(
@@ -59,13 +60,22 @@ def _elements(found: Resection, interior: CameraUnknowns, sigma0: float, use_pos
 
 
 def camera_events(
-    found: Resection, interior: CameraUnknowns | None, photo: Row, sigma0: float, use_posteriori: bool
+    found: Resection,
+    interior: CameraUnknowns | None,
+    photo: Row,
+    sigma0: float,
+    use_posteriori: bool,
+    rename: Callable[[str], str],
 ) -> list[Event]:
-    """A value a priori that the photo contradicts, a lens that folds, elements that could be left out."""
+    """A value a priori that the photo contradicts, a lens that folds, elements that are weak or could be left out.
+
+    `rename`: the solver's unknowns in the words of the stored frame.
+    """
     if interior is None:
         return []
     rows = _elements(found, interior, sigma0, use_posteriori)
-    return [*_contradictions(rows), *_fold(found, interior, photo), *_not_significant(rows)]
+    weak = _hardly_separable(found, interior, rename)
+    return [*_contradictions(rows), *_fold(found, interior, photo), *weak, *_not_significant(rows)]
 
 
 def _contradictions(rows: Sequence[Row]) -> list[Event]:
@@ -81,6 +91,20 @@ def _contradictions(rows: Sequence[Row]) -> list[Event]:
                 f"the photo ({abs(normalised):.1f} sigmas): check it, or free it with --free-camera"
             )
             events.append(Event("warning", "camera_contradicted", str(row["unknown"]), message, normalised))
+    return events
+
+
+def _hardly_separable(found: Resection, interior: CameraUnknowns, rename: Callable[[str], str]) -> list[Event]:
+    """A free element that nearly is a combination of the others: a result, but of little worth for its own."""
+    events = []
+    for place, name in enumerate(interior.names):
+        correlation, partner = strongest_correlation(found, len(found.Q) - len(interior.names) + place)
+        if np.isinf(interior.cofactors[place]) and abs(correlation) > HARDLY_SEPARABLE:
+            message = (
+                f"{name} is hardly separable from {rename(partner)} (correlation {correlation:+.5f}): give it a "
+                "standard deviation in photo.toml, or judge ground points only"
+            )
+            events.append(Event("warning", "camera_weak", name, message, correlation))
     return events
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -103,7 +104,8 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
         return Outcome(traces, events, error=error, hint=_hint(found))
     use_posteriori = settings["variance"] == "posteriori" and found.redundancy > 0
     events += resection_findings(found, frame, control.points, sigma0)
-    events += camera_events(found, task.interior, task.photo, sigma0, use_posteriori)
+    rename = partial(in_stored_names, frame=frame)
+    events += camera_events(found, task.interior, task.photo, sigma0, use_posteriori, rename)
     results = result_tables(found, frame, control, check, sigma0, use_posteriori, task.interior)
     camera = camera_tables(found, task.interior, sigma0, use_posteriori)
     shares = found.known_redundancy[len(found.known_redundancy) - len(task.known.observations) :]
@@ -149,9 +151,7 @@ def _calibrated(task: Assignment, photo_tables: Tables) -> tuple[Assignment, Res
     def add(interior: CameraUnknowns, name: str) -> CameraUnknowns:
         return with_element(interior, name, task.photo, photo_tables, task.sigma0)
 
-    def rename(text: str) -> str:
-        return in_stored_names(text, task.frame)
-
+    rename = partial(in_stored_names, frame=task.frame)
     calibration = calibrate(task.interior, found, solve, add, candidates_of(task.interior), task.sigma0, rename)
     chosen = replace(task, interior=calibration.unknowns)
     return chosen, _solve(chosen), calibration

@@ -230,6 +230,23 @@ def test_f_over_flat_ground_is_refused_with_the_reason() -> None:
     assert (step["decision"], step["value"]) == ("not separable", None)
 
 
+def test_an_element_that_is_hardly_separable_is_said() -> None:
+    """50 m of relief below 3 km in a nearly vertical view: f goes with the height, and its own sigma is large."""
+    chosen = hills("weak f", 20, relief=50.0)
+    image, _ = project(np.array([place.seen for place in chosen]), S, np.eye(3), 150.0)
+    readings = [
+        row("comparator_reading", seq=i, point=place.name, kind="point", cycle=1, x_mm=float(x), y_mm=float(y))
+        for i, (place, (x, y)) in enumerate(zip(chosen, image, strict=True))
+    ]
+    facts = local("right", **CAMERA)
+    refined = refine.compute({"photo": facts, "readings": {"comparator_reading": readings}}, settings("refine")).tables
+    given = framed(facts, geographic_rows(chosen, is_local=True))
+    outcome = oriented({"photo": facts, "refine": refined, "topocentric": given}, estimate="f")
+    (said,) = (event for event in outcome.events if event.code == "camera_weak")
+    assert said.subject == "f"
+    assert said.message.startswith("f is hardly separable from Z_S (correlation +0.999")
+
+
 def test_a_prior_that_the_photo_contradicts_is_said() -> None:
     facts = local("right", **CAMERA, sigma_f_mm=0.05)
     inputs = seen_by(TRUTH, facts, hills("contradicted"), noise_mm=0.004)
