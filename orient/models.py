@@ -208,6 +208,27 @@ class DistortionCoefficient(Base):
     value: Mapped[float] = real("in powers of mm (brown) or of the normalised coordinate (opencv)")
 
 
+class CameraSigma(Base):
+    """Standard deviations of distortion coefficients; those of f, x0, y0 stand in `photo`."""
+
+    __tablename__ = "camera_sigma"
+    run_id: Mapped[int] = run_id()
+    name: Mapped[str] = text("k1 k2 k3 p1 p2", primary_key=True)
+    sigma: Mapped[float] = real("in the unit of the coefficient")
+
+
+class KnownElement(Base):
+    """What is known of the camera's place and attitude beforehand, with or without error ([known] of photo.toml)."""
+
+    __tablename__ = "known_element"
+    __table_args__ = (one_of("unit", "m", "deg"),)
+    run_id: Mapped[int] = run_id()
+    quantity: Mapped[str] = text("X_S Y_S Z_S (local ground) | B_S L_S H_S | aok_alpha ... opk_kappa", primary_key=True)
+    unit: Mapped[str] = text("m | deg: of the value")
+    value: Mapped[float] = real("value; metres for X_S, Y_S, Z_S, H_S, degrees else")
+    sigma: Mapped[float | None] = real("m (north for B_S, east for L_S), deg for an angle; NULL = without error")
+
+
 class DistortionRadial(Base):
     """A camera certificate's table of radial distortion."""
 
@@ -668,7 +689,7 @@ class Orientation(Base):
     q_x: Mapped[float] = real("unit quaternion")
     q_y: Mapped[float] = real("unit quaternion")
     q_z: Mapped[float] = real("unit quaternion")
-    f_mm: Mapped[float] = real("focal length")
+    f_mm: Mapped[float] = real("focal length; the adjusted one if it was estimated")
     B_S_deg: Mapped[float | None] = real("projection centre, latitude; NULL for a local frame")
     L_S_deg: Mapped[float | None] = real("projection centre, longitude")
     H_S_m: Mapped[float | None] = real("projection centre, ellipsoidal height")
@@ -677,7 +698,7 @@ class Orientation(Base):
     Z_G_m: Mapped[float | None] = real("projection centre, geocentric")
     n_control: Mapped[int] = whole("control points")
     n_equations: Mapped[int] = whole("n, image and ground equations together")
-    n_unknowns: Mapped[int] = whole("u, six elements and the unknown ground coordinates")
+    n_unknowns: Mapped[int] = whole("u, the elements and the unknown ground coordinates")
     redundancy: Mapped[int] = whole("r = n - u")
     vPv: Mapped[float] = real("sum of weighted squared residuals, unit sigma0 a priori")
     sigma0_apriori_mm: Mapped[float] = real("standard deviation of unit weight a priori")
@@ -703,11 +724,13 @@ class OrientationAngle(Base):
 
 
 class Cofactor(Base):
-    """Cofactor matrix Q of the six elements, packed upper triangle with the papers' index IJ.
+    """Cofactor matrix Q of the elements, packed upper triangle with the papers' index IJ.
 
     Covariance = variance_scale x Q. `aok`: alpha, omega, kappa, X_S, Y_S, Z_S; `rotation`: small rotation about the
-    right-handed ground axes (east, north, up), then X_S, Y_S, Z_S. Units rad and m. `ray`: those of `rotation` and the
-    parameters of the interior orientation, where they were unknowns: all that a new image ray depends on.
+    right-handed ground axes (east, north, up), then X_S, Y_S, Z_S. Units rad and m. Elements of the camera that were
+    estimated follow (u = 6 + m), in the units of `camera_element`; a station without error has zeros. `ray`: those of
+    `rotation` and the parameters of the interior orientation, where they were unknowns: all that a new image ray
+    depends on.
     """
 
     __tablename__ = "cofactor"
@@ -743,13 +766,14 @@ class IterationParameter(Base):
     run_id: Mapped[int] = run_id()
     iteration: Mapped[int] = whole("iteration", primary_key=True)
     point: Mapped[str] = text(
-        "empty for the six elements, else the point, the sheet or interior orientation", primary_key=True
+        "empty for the elements, else the point, the sheet or interior orientation", primary_key=True
     )
     unknown: Mapped[str] = text(
-        "alpha omega kappa X_S Y_S Z_S; X Y Z of the point; B_1_0 ... of the sheet (as sheet_coefficient); a0 ...",
+        "alpha omega kappa X_S Y_S Z_S, f k1 ... of the camera; X Y Z of the point; B_1_0 ... of the sheet (as "
+        "sheet_coefficient); a0 ...",
         primary_key=True,
     )
-    unit: Mapped[str] = text("rad | m | deg | mm | 1 | 1/mm")
+    unit: Mapped[str] = text("rad | m | deg | mm | 1 | 1/mm, or as in camera_element")
     approximation: Mapped[float] = real("value before the iteration")
     correction: Mapped[float] = real("what the iteration added")
 
@@ -784,13 +808,100 @@ class ImageResidual(Base):
     run_id: Mapped[int] = run_id()
     point: Mapped[str] = text("point", primary_key=True)
     role: Mapped[str] = text("control | check | excluded")
-    x_mm: Mapped[float] = real("measured x")
+    x_mm: Mapped[float] = real("measured x; with an estimated camera what v compares with (docs/calibration.md)")
     y_mm: Mapped[float] = real("measured y")
     vx_mm: Mapped[float] = real("computed minus measured x")
     vy_mm: Mapped[float] = real("computed minus measured y")
     redundancy_x: Mapped[float | None] = real("redundancy number of x; NULL if not control")
     redundancy_y: Mapped[float | None] = real("redundancy number of y; NULL if not control")
     depth_m: Mapped[float] = real("distance of the point from the image plane's parallel through S, positive in front")
+
+
+class AdjustedCamera(Base):
+    """The interior orientation after an adjustment that estimated parts of it; the lens goes on in `camera_element`.
+
+    Coefficients that are not in `camera_element` keep the value of `distortion_coefficient`.
+    """
+
+    __tablename__ = "adjusted_camera"
+    __table_args__ = (
+        one_of("distortion_model", "none", "brown", "opencv", "radial_table"),
+        one_of("distortion_direction", "none", "correction", "ideal_to_distorted", "displacement"),
+    )
+    run_id: Mapped[int] = run_id()
+    f_mm: Mapped[float] = real("focal length")
+    x0_mm: Mapped[float] = real("principal point")
+    y0_mm: Mapped[float] = real("principal point")
+    b1: Mapped[float] = real("affinity: x grows by b1 x")
+    b2: Mapped[float] = real("affinity: x grows by b2 y")
+    distortion_model: Mapped[str] = text("none | brown | opencv | radial_table")
+    distortion_direction: Mapped[str] = text("none | correction | displacement | ideal_to_distorted")
+
+
+class CameraElement(Base):
+    """Elements of the interior orientation that were unknowns of the resection, in the definition of photo.toml."""
+
+    __tablename__ = "camera_element"
+    run_id: Mapped[int] = run_id()
+    unknown: Mapped[str] = text("f x0 y0 k1 k2 k3 p1 p2 b1 b2", primary_key=True)
+    unit: Mapped[str] = text("mm, mm^-2 ... or 1; also of the cofactors (times 1/mm)")
+    value_apriori: Mapped[float] = real("value of photo.toml, 0 if it has none")
+    sigma_apriori: Mapped[float | None] = real("standard deviation a priori; NULL = free")
+    value: Mapped[float] = real("adjusted value")
+    correction: Mapped[float] = real("adjusted minus a priori")
+    sigma: Mapped[float | None] = real("standard deviation after the adjustment")
+    t: Mapped[float | None] = real("correction / sigma")
+    t_limit: Mapped[float] = real("two-sided 1 % point of Student's t (of the normal law with sigma0 a priori)")
+    is_significant: Mapped[int] = whole("1 if |t| exceeds t_limit")
+    redundancy_number: Mapped[float | None] = real("of the value a priori; NULL for a free element")
+
+
+class CameraEquation(Base):
+    """Further coefficients of the correction equations in `equation`: by the elements of the camera."""
+
+    __tablename__ = "camera_equation"
+    __table_args__ = (one_of("axis", "x", "y"),)
+    run_id: Mapped[int] = run_id()
+    point: Mapped[str] = text("point", primary_key=True)
+    axis: Mapped[str] = text("x | y", primary_key=True)
+    unknown: Mapped[str] = text("element of the camera", primary_key=True)
+    coefficient: Mapped[float] = real("mm per unit of the element")
+
+
+class KnownResidual(Base):
+    """What was known of the exterior orientation, after the adjustment: v = adjusted minus known."""
+
+    __tablename__ = "known_residual"
+    run_id: Mapped[int] = run_id()
+    quantity: Mapped[str] = text("as in known_element", primary_key=True)
+    unit: Mapped[str] = text("m | deg")
+    sigma: Mapped[float] = real("standard deviation a priori")
+    v: Mapped[float] = real("adjusted minus known; metres to north and east for B_S and L_S")
+    redundancy_number: Mapped[float] = real("redundancy number")
+
+
+class CalibrationStep(Base):
+    """Which elements of the camera `--calibrate auto` tried in each step, and why they were taken or not."""
+
+    __tablename__ = "calibration_step"
+    __table_args__ = (
+        one_of("decision", "taken", "not significant", "not separable", "not solved", "less significant"),
+    )
+    run_id: Mapped[int] = run_id()
+    step: Mapped[int] = whole("1, 2, ...: one element is taken in each", primary_key=True)
+    unknown: Mapped[str] = text("element that was tried", primary_key=True)
+    decision: Mapped[str] = text(
+        "taken | less significant (tried again) | not significant | not separable | not solved"
+    )
+    value: Mapped[float | None] = real("its adjusted value; NULL if the adjustment did not converge")
+    sigma: Mapped[float | None] = real("its standard deviation")
+    t: Mapped[float | None] = real("correction / sigma")
+    t_limit: Mapped[float | None] = real("what |t| has to exceed")
+    correlation: Mapped[float | None] = real("its strongest correlation with another unknown")
+    correlated_with: Mapped[str | None] = text("that other unknown")
+    sigma0_mm: Mapped[float | None] = real("sigma0 a posteriori with it")
+    condition_ratio: Mapped[float | None] = real("smallest to largest singular value of the scaled design matrix")
+    reason: Mapped[str] = text("the decision in words")
 
 
 class AdjustedPoint(Base):
@@ -998,17 +1109,21 @@ class ObservationTest(Base):
 
     __tablename__ = "observation_test"
     __table_args__ = (
-        one_of("kind", "image", "ground", "coefficient", "cross"),
+        one_of("kind", "image", "ground", "coefficient", "known", "cross"),
         one_of("verdict", "good", "suspect", "hardly checked", "not checked"),
     )
     run_id: Mapped[int] = run_id()
-    kind: Mapped[str] = text("image | ground: given control | coefficient: of a sheet | cross", primary_key=True)
+    kind: Mapped[str] = text(
+        "image | ground: given control | coefficient: of a sheet | known: of camera, station, angles | cross",
+        primary_key=True,
+    )
     part: Mapped[str] = text("sheet of a coefficient or cross, else empty", primary_key=True)
     point: Mapped[str] = text("point or cross; empty for a coefficient", primary_key=True)
     axis: Mapped[str] = text(
-        "x y of the image, X Y Z of the ground, N E of a cross, name of the coefficient", primary_key=True
+        "x y of the image, X Y Z of the ground, N E of a cross, name of the coefficient or of what is known",
+        primary_key=True,
     )
-    unit: Mapped[str] = text("mm | m | deg: unit of v and smallest_error")
+    unit: Mapped[str] = text("mm | m | deg | rad, or as in camera_element: unit of v and smallest_error")
     v: Mapped[float] = real("residual, adjusted minus observed")
     redundancy_number: Mapped[float] = real("r_i, diagonal of Q_v P; all r_i sum to the redundancy")
     share: Mapped[float] = real("(P Q_v P)_ii / P_ii: share of an error that the others see, 0 ... 1")
@@ -1042,14 +1157,16 @@ class ExternalReliability(Base):
     """What an error of `smallest_error` in an observation, not found, does to the elements: Q A'P e_i times it."""
 
     __tablename__ = "external_reliability"
-    __table_args__ = (one_of("kind", "image", "ground", "coefficient"),)
+    __table_args__ = (one_of("kind", "image", "ground", "coefficient", "known"),)
     run_id: Mapped[int] = run_id()
-    kind: Mapped[str] = text("image | ground | coefficient", primary_key=True)
+    kind: Mapped[str] = text("image | ground | coefficient | known", primary_key=True)
     part: Mapped[str] = text("sheet of a coefficient, else empty", primary_key=True)
     point: Mapped[str] = text("point; empty for a coefficient", primary_key=True)
     axis: Mapped[str] = text("as observation_test", primary_key=True)
-    unknown: Mapped[str] = text("rotation_1 rotation_2 rotation_3 X_S Y_S Z_S, as in cofactor", primary_key=True)
-    unit: Mapped[str] = text("deg | m")
+    unknown: Mapped[str] = text(
+        "rotation_1 rotation_2 rotation_3 X_S Y_S Z_S, f k1 ..., as in cofactor", primary_key=True
+    )
+    unit: Mapped[str] = text("deg | m, or as in camera_element")
     effect: Mapped[float] = real("change of the element")
 
 

@@ -200,6 +200,27 @@ CREATE TABLE absolute_small_angle (
 )
  STRICT;
 
+CREATE TABLE adjusted_camera (
+	run_id INTEGER NOT NULL, 
+	f_mm REAL NOT NULL, 
+	x0_mm REAL NOT NULL, 
+	y0_mm REAL NOT NULL, 
+	b1 REAL NOT NULL, 
+	b2 REAL NOT NULL, 
+	distortion_model TEXT NOT NULL, 
+	distortion_direction TEXT NOT NULL, 
+	CONSTRAINT pk_adjusted_camera PRIMARY KEY (run_id), 
+	CONSTRAINT ck_adjusted_camera_distortion_model CHECK (distortion_model IN ('none', 'brown', 'opencv', 'radial_table')), 
+	CONSTRAINT ck_adjusted_camera_distortion_direction CHECK (distortion_direction IN ('none', 'correction', 'ideal_to_distorted', 'displacement')), 
+	CONSTRAINT fk_adjusted_camera_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_adjusted_camera_f_mm_finite CHECK (f_mm BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_adjusted_camera_x0_mm_finite CHECK (x0_mm BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_adjusted_camera_y0_mm_finite CHECK (y0_mm BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_adjusted_camera_b1_finite CHECK (b1 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_adjusted_camera_b2_finite CHECK (b2 BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
 CREATE TABLE adjusted_interior (
 	run_id INTEGER NOT NULL, 
 	name TEXT NOT NULL, 
@@ -243,6 +264,82 @@ CREATE TABLE adjustment_test (
 	CONSTRAINT ck_adjustment_test_sigma0_finite CHECK (sigma0 BETWEEN -1e15 AND 1e15), 
 	CONSTRAINT ck_adjustment_test_critical_finite CHECK (critical BETWEEN -1e15 AND 1e15), 
 	CONSTRAINT ck_adjustment_test_delta0_finite CHECK (delta0 BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
+CREATE TABLE calibration_step (
+	run_id INTEGER NOT NULL, 
+	step INTEGER NOT NULL, 
+	unknown TEXT NOT NULL, 
+	decision TEXT NOT NULL, 
+	value REAL, 
+	sigma REAL, 
+	t REAL, 
+	t_limit REAL, 
+	correlation REAL, 
+	correlated_with TEXT, 
+	sigma0_mm REAL, 
+	condition_ratio REAL, 
+	reason TEXT NOT NULL, 
+	CONSTRAINT pk_calibration_step PRIMARY KEY (run_id, step, unknown), 
+	CONSTRAINT ck_calibration_step_decision CHECK (decision IN ('taken', 'not significant', 'not separable', 'not solved', 'less significant')), 
+	CONSTRAINT fk_calibration_step_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_calibration_step_value_finite CHECK (value BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_calibration_step_sigma_finite CHECK (sigma BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_calibration_step_t_finite CHECK (t BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_calibration_step_t_limit_finite CHECK (t_limit BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_calibration_step_correlation_finite CHECK (correlation BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_calibration_step_sigma0_mm_finite CHECK (sigma0_mm BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_calibration_step_condition_ratio_finite CHECK (condition_ratio BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
+CREATE TABLE camera_element (
+	run_id INTEGER NOT NULL, 
+	unknown TEXT NOT NULL, 
+	unit TEXT NOT NULL, 
+	value_apriori REAL NOT NULL, 
+	sigma_apriori REAL, 
+	value REAL NOT NULL, 
+	correction REAL NOT NULL, 
+	sigma REAL, 
+	t REAL, 
+	t_limit REAL NOT NULL, 
+	is_significant INTEGER NOT NULL, 
+	redundancy_number REAL, 
+	CONSTRAINT pk_camera_element PRIMARY KEY (run_id, unknown), 
+	CONSTRAINT fk_camera_element_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_camera_element_value_apriori_finite CHECK (value_apriori BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_camera_element_sigma_apriori_finite CHECK (sigma_apriori BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_camera_element_value_finite CHECK (value BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_camera_element_correction_finite CHECK (correction BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_camera_element_sigma_finite CHECK (sigma BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_camera_element_t_finite CHECK (t BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_camera_element_t_limit_finite CHECK (t_limit BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_camera_element_redundancy_number_finite CHECK (redundancy_number BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
+CREATE TABLE camera_equation (
+	run_id INTEGER NOT NULL, 
+	point TEXT NOT NULL, 
+	axis TEXT NOT NULL, 
+	unknown TEXT NOT NULL, 
+	coefficient REAL NOT NULL, 
+	CONSTRAINT pk_camera_equation PRIMARY KEY (run_id, point, axis, unknown), 
+	CONSTRAINT ck_camera_equation_axis CHECK (axis IN ('x', 'y')), 
+	CONSTRAINT fk_camera_equation_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_camera_equation_coefficient_finite CHECK (coefficient BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
+CREATE TABLE camera_sigma (
+	run_id INTEGER NOT NULL, 
+	name TEXT NOT NULL, 
+	sigma REAL NOT NULL, 
+	CONSTRAINT pk_camera_sigma PRIMARY KEY (run_id, name), 
+	CONSTRAINT fk_camera_sigma_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_camera_sigma_sigma_finite CHECK (sigma BETWEEN -1e15 AND 1e15)
 )
  STRICT;
 
@@ -328,7 +425,7 @@ CREATE TABLE external_reliability (
 	unit TEXT NOT NULL, 
 	effect REAL NOT NULL, 
 	CONSTRAINT pk_external_reliability PRIMARY KEY (run_id, kind, part, point, axis, unknown), 
-	CONSTRAINT ck_external_reliability_kind CHECK (kind IN ('image', 'ground', 'coefficient')), 
+	CONSTRAINT ck_external_reliability_kind CHECK (kind IN ('image', 'ground', 'coefficient', 'known')), 
 	CONSTRAINT fk_external_reliability_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
 	CONSTRAINT ck_external_reliability_effect_finite CHECK (effect BETWEEN -1e15 AND 1e15)
 )
@@ -497,6 +594,35 @@ CREATE TABLE interior_covariance (
 )
  STRICT;
 
+CREATE TABLE known_element (
+	run_id INTEGER NOT NULL, 
+	quantity TEXT NOT NULL, 
+	unit TEXT NOT NULL, 
+	value REAL NOT NULL, 
+	sigma REAL, 
+	CONSTRAINT pk_known_element PRIMARY KEY (run_id, quantity), 
+	CONSTRAINT ck_known_element_unit CHECK (unit IN ('m', 'deg')), 
+	CONSTRAINT fk_known_element_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_known_element_value_finite CHECK (value BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_known_element_sigma_finite CHECK (sigma BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
+CREATE TABLE known_residual (
+	run_id INTEGER NOT NULL, 
+	quantity TEXT NOT NULL, 
+	unit TEXT NOT NULL, 
+	sigma REAL NOT NULL, 
+	v REAL NOT NULL, 
+	redundancy_number REAL NOT NULL, 
+	CONSTRAINT pk_known_residual PRIMARY KEY (run_id, quantity), 
+	CONSTRAINT fk_known_residual_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_known_residual_sigma_finite CHECK (sigma BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_known_residual_v_finite CHECK (v BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_known_residual_redundancy_number_finite CHECK (redundancy_number BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
 CREATE TABLE model_ground_point (
 	run_id INTEGER NOT NULL, 
 	zone TEXT NOT NULL, 
@@ -587,7 +713,7 @@ CREATE TABLE observation_test (
 	rho_with TEXT, 
 	verdict TEXT NOT NULL, 
 	CONSTRAINT pk_observation_test PRIMARY KEY (run_id, kind, part, point, axis), 
-	CONSTRAINT ck_observation_test_kind CHECK (kind IN ('image', 'ground', 'coefficient', 'cross')), 
+	CONSTRAINT ck_observation_test_kind CHECK (kind IN ('image', 'ground', 'coefficient', 'known', 'cross')), 
 	CONSTRAINT ck_observation_test_verdict CHECK (verdict IN ('good', 'suspect', 'hardly checked', 'not checked')), 
 	CONSTRAINT fk_observation_test_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
 	CONSTRAINT ck_observation_test_v_finite CHECK (v BETWEEN -1e15 AND 1e15), 

@@ -12,6 +12,8 @@ from orient.errors import UsageError
 from orient.units import NUMBER
 from orient.values import Settings
 
+CAMERA_ELEMENTS = ("f", "x0", "y0", "k1", "k2", "k3", "p1", "p2", "b1", "b2")
+
 
 def register(app: typer.Typer) -> None:
     for command in (run, refine, digitize, bl, topocentric, resection, covariance, absolute):
@@ -91,6 +93,17 @@ def _choice(name: str, words: tuple[str, ...], help_text: str) -> OptionInfo:
     return option
 
 
+def _elements(value: str | None) -> str | None:
+    """`f,k1` in the order of the columns; `none` takes the camera as known again."""
+    if value is None or value == "none":
+        return value
+    names = [name.strip() for name in value.split(",")]
+    for name in names:
+        if name not in CAMERA_ELEMENTS:
+            raise typer.BadParameter(f"{name!r} is not none or a list of {', '.join(CAMERA_ELEMENTS)}.")
+    return ",".join(name for name in CAMERA_ELEMENTS if name in names)
+
+
 Reject = Annotated[
     bool | None,
     typer.Option("--reject/--keep", help="Leave flagged readings, crosses or points out; each is recorded."),
@@ -132,6 +145,34 @@ Variance = Annotated[
     str | None, _choice("--variance", ("posteriori", "priori"), "Which sigma0 scales the covariances.")
 ]
 MaxIterations = Annotated[int | None, typer.Option("--max-iterations", min=1, max=1000)]
+Estimate = Annotated[
+    str | None,
+    typer.Option(
+        "--estimate",
+        metavar="f,x0,y0,k1,k2,k3,p1,p2,b1,b2|none",
+        callback=_elements,
+        help="Elements of the camera that are unknown too, held by their sigmas in photo.toml.",
+    ),
+]
+FreeCamera = Annotated[
+    bool | None,
+    typer.Option("--free-camera/--camera-priors", help="Estimate without, or with the sigmas of photo.toml."),
+]
+CameraUse = Annotated[
+    str | None, _choice("--camera", ("fixed", "weighted"), "Camera as known, or with the sigmas of photo.toml.")
+]
+Calibrate = Annotated[
+    str | None,
+    _choice("--calibrate", ("none", "auto"), "Add elements of the camera by steps while significant and separable."),
+]
+LensDirection = Annotated[
+    str | None,
+    _choice(
+        "--distortion",
+        ("camera", "correction", "displacement", "ideal_to_distorted"),
+        "Direction of k1 ... p2 where photo.toml has no lens; camera: correction.",
+    ),
+]
 Tolerance = Annotated[
     float | None,
     typer.Option("--tolerance", callback=_small, help="Largest scaled step that counts as converged."),
@@ -205,6 +246,11 @@ def resection(
     interior: Interior = None,
     variance: Variance = None,
     engine: Engine = None,
+    estimate: Estimate = None,
+    free_camera: FreeCamera = None,
+    camera: CameraUse = None,
+    calibrate: Calibrate = None,
+    distortion: LensDirection = None,
     test: Test = None,
     reject: Reject = None,
     robust: Robust = None,
@@ -213,8 +259,13 @@ def resection(
     max_iterations: MaxIterations = None,
     tolerance: Tolerance = None,
 ) -> None:
-    """Exterior orientation of the photo; no approximate values are needed."""
+    """Exterior orientation of the photo, and of its camera if asked; no approximate values are needed."""
     given = _given(
+        estimate=estimate,
+        free_camera=free_camera,
+        camera=camera,
+        calibrate=calibrate,
+        distortion=distortion,
         control=control,
         correlation=correlation,
         interior=interior,

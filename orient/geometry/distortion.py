@@ -8,7 +8,7 @@ Coordinates in mm from the principal point, x right, y up. Models: none, brown (
 (normalised coordinates, always ideal_to_distorted, OpenCV's own signs with y down), radial_table. EQUATIONS 5.2.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -115,6 +115,24 @@ def field_of(distortion: Distortion, xy: Array) -> tuple[Array, Array]:
     f = distortion.f_mm
     d, jacobian = distortion_field.field(opencv_radial(distortion.coefficients), tangential, xy / f)
     return f * d, jacobian
+
+
+def coefficient_partials(distortion: Distortion, names: Sequence[str], xy: Array) -> Array:
+    """dd/dc (n, 2, m) of the coefficients k1 k2 k3 p1 p2 that are named, at xy (n, 2) mm, per unit of the model.
+
+    brown and none: the field itself. opencv: f times the field of x/f, k_i divided by 1 + k4 r^2 + k5 r^4 + k6 r^6,
+    p1 = -p2 and p2 = p1 of Brown (y points up here).
+    """
+    if distortion.model != "opencv" or not names:
+        return distortion_field.coefficient_partials(names, xy)
+    u = xy / distortion.f_mm
+    s = np.sum(u * u, axis=1)
+    k4, k5, k6 = (distortion.coefficients.get(name, 0.0) for name in ("k4", "k5", "k6"))
+    bottom = 1.0 + s * (k4 + s * (k5 + s * k6))
+    turned = {"p1": ("p2", -1.0), "p2": ("p1", 1.0)}
+    partials = distortion_field.coefficient_partials([turned.get(name, (name, 1.0))[0] for name in names], u)
+    factors = [turned[name][1] * np.ones_like(s) if name in turned else 1.0 / bottom for name in names]
+    return np.asarray(distortion.f_mm * partials * np.stack(factors, axis=-1)[:, None, :])
 
 
 def correction(distortion: Distortion, xy: ArrayLike) -> Array:

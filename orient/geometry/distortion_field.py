@@ -7,7 +7,7 @@ x right, y up, from the principal point. D. C. Brown 1966/1971. The OpenCV model
 coordinates x/f, y/f with g rational; its y points down, its p1 and p2 are exchanged: `opencv_coefficients` undoes that.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,3 +99,17 @@ def field(radial: Radial, coefficients: Mapping[str, float], xy: Array) -> tuple
     jacobian[:, 1, 0] = h * x * y + 2 * p2 * x + 2 * p1 * y + 2 * x * prism_y
     jacobian[:, 1, 1] = g + h * y * y + 6 * p2 * y + 2 * p1 * x + 2 * y * prism_y
     return np.stack([dx, dy], axis=-1), jacobian
+
+
+def coefficient_partials(names: Sequence[str], xy: Array) -> Array:
+    """d(dx, dy)/dc (n, 2, m) of k1 k2 k3 p1 p2 in Brown's letters, at xy (n, 2): the field is linear in them."""
+    x, y = xy.T
+    s = x * x + y * y
+    columns = {
+        "k1": xy * s[:, None],
+        "k2": xy * (s * s)[:, None],
+        "k3": xy * (s * s * s)[:, None],
+        "p1": np.stack([s + 2 * x * x, 2 * x * y], axis=-1),
+        "p2": np.stack([2 * x * y, s + 2 * y * y], axis=-1),
+    }
+    return np.stack([columns[name] for name in names], axis=-1) if names else np.zeros((len(xy), 2, 0))

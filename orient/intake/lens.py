@@ -1,7 +1,7 @@
 """[camera.distortion] of photo.toml: a named model, a named direction, and coefficients or a radial table."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 from orient.intake.camera import Columns, frame_centre
@@ -19,6 +19,7 @@ COEFFICIENTS = {
     "radial_table": (),
 }
 LARGEST_COEFFICIENT = 1e6
+WITH_SIGMA = ("k1", "k2", "k3", "p1", "p2")
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +30,7 @@ class Lens:
     direction: str
     coefficients: dict[str, float]
     table: tuple[tuple[float, float], ...] = ()
+    sigmas: dict[str, float] = field(default_factory=dict)
 
 
 NO_DISTORTION = Lens("none", "none", {})
@@ -49,10 +51,12 @@ def read_lens(camera: Section) -> Lens:
     direction = _direction(section, model)
     coefficients = {name: value for name in COEFFICIENTS[model] if (value := _coefficient(section, name)) is not None}
     table = _radial_table(section) if model == "radial_table" else ()
+    can_have_sigma = [name for name in WITH_SIGMA if name in COEFFICIENTS[model]]
+    sigmas = {name: sigma for name in can_have_sigma if (sigma := section.sigma(f"sigma_{name}")) is not None}
     section.finish()
     if COEFFICIENTS[model] and not any(name in section.data for name in COEFFICIENTS[model]):
         section.problem("", f"the model {model} has no coefficients", f"Give {_one_of(COEFFICIENTS[model])}")
-    return Lens(model, direction, coefficients, table)
+    return Lens(model, direction, coefficients, table, sigmas)
 
 
 def _one_of(words: tuple[str, ...]) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 from orient.intake.camera import Columns, Mark, check_principal_point, read_camera, read_marks, read_pixels
 from orient.intake.findings import Findings
 from orient.intake.ground import check_name, read_curvature, read_ground, read_refraction, read_station
+from orient.intake.known import read_known
 from orient.intake.lens import Lens, check_fold, read_lens
 from orient.intake.options import ReadOptions
 from orient.intake.toml_file import Section, read_toml
@@ -23,6 +24,7 @@ def read_photo(path: Path, file: str, options: ReadOptions, findings: Findings) 
     if document is None:
         return None
     row, lens, marks = _sections(document)
+    known = read_known(document, row["ground_kind"])
     document.finish()
     if findings.count(file) > before:
         return None
@@ -30,7 +32,7 @@ def read_photo(path: Path, file: str, options: ReadOptions, findings: Findings) 
     check_fold(document.section("camera"), lens, row)
     if findings.count(file) > before:
         return None
-    return InputTables("photo", _tables(row, lens, marks), (), (file,))
+    return InputTables("photo", _tables(row, lens, marks, known), (), (file,))
 
 
 def _sections(document: Section) -> tuple[Columns, Lens, list[Mark]]:
@@ -84,11 +86,13 @@ def _read_date(photo: Section, key: str) -> str | None:
     return text
 
 
-def _tables(row: Columns, lens: Lens, marks: list[Mark]) -> dict[str, list[Row]]:
+def _tables(row: Columns, lens: Lens, marks: list[Mark], known: list[Row]) -> dict[str, list[Row]]:
     tables: dict[str, list[Row]] = {
         "photo": [row],
         "distortion_coefficient": [{"name": name, "value": value} for name, value in lens.coefficients.items()],
+        "camera_sigma": [{"name": name, "sigma": sigma} for name, sigma in lens.sigmas.items()],
         "distortion_radial": [{"radius_mm": r, "distortion_mm": d} for r, d in lens.table],
         "fiducial_mark": [{"mark": name, "x_mm": x, "y_mm": y} for name, x, y in marks],
+        "known_element": known,
     }
     return {name: rows for name, rows in tables.items() if rows}

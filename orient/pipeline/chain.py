@@ -8,6 +8,7 @@ from orient.pipeline.frames import Frame
 from orient.pipeline.interior_unknowns import InteriorUnknowns
 from orient.pipeline.resection_trace import NamedUnknown
 from orient.pipeline.tables import Array
+from orient.solvers.camera_unknowns import CameraUnknowns
 from orient.solvers.common_unknowns import CommonUnknowns, together
 
 INTERIOR = "interior orientation"
@@ -17,13 +18,15 @@ INTERIOR = "interior orientation"
 class Chain:
     """Common unknowns of the control points in the order of the solver: interior orientation, then the sheets'.
 
-    `shared` speaks of the points of one adjustment; `sheets` are the errors of their digitised coordinates.
+    `shared` speaks of the points of one adjustment; `sheets` are the errors of their digitised coordinates; `camera`
+    has the elements of the camera that are unknowns, with the readings of these points.
     """
 
     interior: InteriorUnknowns | None
     shared: CommonCoefficients | None
     sheets: Sequence[SheetErrors]
     sigma0: float
+    camera: CameraUnknowns | None = None
 
     @property
     def interior_unknowns(self) -> int:
@@ -31,7 +34,8 @@ class Chain:
 
     def at(self, keep: Sequence[int]) -> "Chain":
         """The same for some of the points, without the errors of the sheets."""
-        return replace(self, shared=None if self.shared is None else self.shared.at(keep), sheets=())
+        shared = None if self.shared is None else self.shared.at(keep)
+        return replace(self, shared=shared, sheets=(), camera=None if self.camera is None else self.camera.of(keep))
 
     @property
     def unknowns(self) -> list[NamedUnknown]:

@@ -1,6 +1,6 @@
 """Stage `covariance`: where the ray of each point meets its height, and K = C Q C' of that place (seed 003).
 
-The covariance is that of a new point read once more at this place: the part of the orientation with the full 6 x 6
+The covariance is that of a new point read once more at this place: the part of the orientation with the full
 cofactor matrix, the part of the reading, the part of the height. Source: seed 003, (1)-(3).
 """
 
@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from orient.errors import OrientError
+from orient.pipeline.camera import measured_of
 from orient.pipeline.element_use import use_rows
 from orient.pipeline.frames import Frame, frame_of
 from orient.pipeline.ground import ground_of
@@ -49,6 +50,7 @@ class Meeting:
     jacobians: RayJacobians
     axes: Array
     height_variance: Array
+    reading_covariance: Array
 
     @property
     def met(self) -> list[int]:
@@ -65,9 +67,8 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     photo = single(inputs["photo"], "photo")
     frame = frame_of(single(inputs["topocentric"], "topocentric_frame"), ground_of(photo))
     measured, _ = observations(inputs["refine"], inputs["topocentric"])
-    oriented = oriented_by(inputs["refine"], inputs["resection"], frame)
-    image = oriented.rays.image(measured.image, measured.comparator)
-    seen, events = _placed(replace(measured, image=image), inputs["resection"])
+    oriented = oriented_by(inputs["photo"], inputs["refine"], inputs["resection"], frame)
+    seen, events = _placed(measured, inputs["resection"])
     meeting = _meeting(seen, oriented, inputs["resection"], frame)
     events += _level_rays(meeting)
     plan = _plan(meeting, oriented)
@@ -76,7 +77,7 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
         "ground_covariance": rows,
         "ground_covariance_image": _image_rows(meeting, plan),
         "ground_accuracy": _map_rows(photo, meeting, oriented, frame, settings),
-        "element_use": use_rows(oriented, meeting.plan_partials[:, :, :ELEMENTS]),
+        "element_use": [] if oriented.rays.camera else use_rows(oriented, meeting.plan_partials[:, :, :ELEMENTS]),
         "error_budget": _budget_rows(meeting, plan, oriented),
         **normal_case_tables(_case(inputs["resection"], meeting, oriented, plan)),
     }
@@ -92,8 +93,10 @@ def _map_rows(photo: Row, meeting: Meeting, oriented: Oriented, frame: Frame, se
     height = float(np.mean(points[:, 2] if frame.is_local else frame.geographic(points)[:, 2]))
     reading = oriented.scale * np.mean(meeting.seen.image_covariance[meeting.met], axis=0)
     places = frame_places(photo, side)
-    comparator = oriented.rays.comparator(places + columns([photo], "x0_mm", "y0_mm"))
-    return map_rows(places, comparator, oriented, frame, height, reading, height_sigma)
+    principal_point = columns([photo], "x0_mm", "y0_mm")[0]
+    comparator = oriented.rays.comparator(places + principal_point)
+    through = oriented.rays.at_places(places, comparator, principal_point)
+    return map_rows(places, through, oriented, frame, height, reading, height_sigma)
 
 
 def _case(resection: Tables, meeting: Meeting, oriented: Oriented, plan: PlanCovariance) -> Case:
@@ -111,6 +114,7 @@ def _case(resection: Tables, meeting: Meeting, oriented: Oriented, plan: PlanCov
         reading=oriented.scale * seen.image_covariance,
         K=np.diagonal(in_image, axis1=1, axis2=2),
         adjusted=len(resection.get("adjusted_point", ())),
+        estimated=0 if oriented.rays.camera is None else len(oriented.rays.camera[1]),
     )
 
 
@@ -131,12 +135,14 @@ def _meeting(seen: Observations, oriented: Oriented, resection: Tables, frame: F
     adjusted = {str(row["point"]): row for row in resection.get("adjusted_point", ())}
     heights = frame.right_handed(_places(seen, adjusted))
     up = frame.right_handed(seen.up)
+    through = oriented.rays.seen(seen.image, seen.comparator, measured_of(seen.image_rows))
+    seen, reading = replace(seen, image=through.image), through.reading(seen.image_covariance)
     points = ray_at_height(seen.image, oriented.station, oriented.rotation, oriented.f_mm, heights, up)
     jacobians = ray_at_height_jacobians(points, oriented.station, oriented.rotation, oriented.f_mm, up)
-    T = oriented.rays.jacobian(jacobians.C, jacobians.J, seen.comparator)
+    T = through.jacobian(jacobians.C, jacobians.J)
     jacobians = replace(jacobians, C=T)
     scale = required(single(resection, "orientation"), "variance_scale")
-    return Meeting(seen, points, jacobians, horizon(frame, up), _height_variance(seen, adjusted, scale))
+    return Meeting(seen, points, jacobians, horizon(frame, up), _height_variance(seen, adjusted, scale), reading)
 
 
 def _places(seen: Observations, adjusted: Mapping[str, Row]) -> Array:
@@ -160,7 +166,7 @@ def _height_variance(seen: Observations, adjusted: Mapping[str, Row], scale: flo
 
 def _plan(meeting: Meeting, oriented: Oriented) -> PlanCovariance:
     """Covariances of the points whose rays meet their heights, in the order of `met`."""
-    reading = oriented.scale * meeting.seen.image_covariance[meeting.met]
+    reading = oriented.scale * meeting.reading_covariance[meeting.met]
     jacobians = meeting.jacobians.at(meeting.met)
     axes, heights = meeting.axes[meeting.met], meeting.height_variance[meeting.met]
     return plan_covariance(jacobians, axes, oriented.ray_covariance, reading, heights)

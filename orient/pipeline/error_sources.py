@@ -6,6 +6,7 @@ digitiser             readings of map points, and of the crosses as far as the d
 map graticule         the rest of sigma0^2 of a sheet: drawing, paper, model of the polynomial
 heights               heights of map points
 survey                coordinates given in control with their covariance
+camera                sigmas of the camera's elements, and of what is known of station and angles
 """
 
 import numpy as np
@@ -17,21 +18,23 @@ from orient.pipeline.resection_rows import ROTATIONS, STATION, Rows
 from orient.pipeline.tables import Array, named_packed_rows
 from orient.solvers.error_budget import Sources, error_budget, sensitivities
 from orient.solvers.resection import Resection
+from orient.solvers.resection_problem import ELEMENTS
 
-IMAGE, DIGITISER, MAP, HEIGHTS, SURVEY = (
+IMAGE, DIGITISER, MAP, HEIGHTS, SURVEY, CAMERA = (
     "image readings",
     "digitiser",
     "map graticule",
     "heights",
     "survey",
+    "camera",
 )
-SOURCES = (IMAGE, INTERIOR, DIGITISER, MAP, HEIGHTS, SURVEY)
+SOURCES = (IMAGE, INTERIOR, DIGITISER, MAP, HEIGHTS, SURVEY, CAMERA)
 
 
 def source_cofactor_rows(found: Resection, chain: Chain, frame: Frame) -> Rows:
     """Rows of `source_cofactor`: the parts of the cofactors of the elements and the interior orientation."""
     parts = error_budget(sensitivities(found), sources(found, chain, frame))
-    names, to_stored = ray_unknowns(chain, frame)
+    names, to_stored = ray_unknowns(found, chain, frame)
     u = len(names)
     rows: Rows = []
     for source in SOURCES:
@@ -46,15 +49,15 @@ def ray_cofactor_rows(found: Resection, chain: Chain, frame: Frame) -> Rows:
     """Rows of `cofactor` for `ray`; none where the interior orientation is taken as known."""
     if chain.interior is None:
         return []
-    names, to_stored = ray_unknowns(chain, frame)
+    names, to_stored = ray_unknowns(found, chain, frame)
     matrix = to_stored @ found.joint_cofactors[: len(names), : len(names)] @ to_stored
     return [{"unknowns": "ray", **row} for row in named_packed_rows(matrix, names)]
 
 
-def ray_unknowns(chain: Chain, frame: Frame) -> tuple[list[str], Array]:
-    """Names (u,) of the elements and the interior parameters, and what takes them (u, u) to the stored frame."""
+def ray_unknowns(found: Resection, chain: Chain, frame: Frame) -> tuple[list[str], Array]:
+    """Names (u,) of the elements, those of the camera too, and the interior parameters; (u, u) to the stored frame."""
     interior = () if chain.interior is None else chain.interior.names
-    names = [*ROTATIONS, *STATION, *interior]
+    names = [*ROTATIONS, *STATION, *found.unknowns[len(ELEMENTS) :], *interior]
     to_stored = np.eye(len(names))
     to_stored[3:6, 3:6] = frame.partner
     return names, to_stored
@@ -66,6 +69,7 @@ def sources(found: Resection, chain: Chain, frame: Frame) -> Sources:
         image={IMAGE: found.problem.image_cofactor},
         ground=_of_ground(found, chain, frame),
         common=_of_common(chain),
+        known={CAMERA: np.diag(found.problem.known_cofactors)},
     )
 
 

@@ -8,6 +8,7 @@ from orient.geometry.collinearity import image_ray
 from orient.geometry.vertical_photo import grid_layout
 from orient.intake.camera import frame_centre
 from orient.pipeline.frames import Frame
+from orient.pipeline.ground_budget import SeenImage
 from orient.pipeline.oriented import Oriented
 from orient.pipeline.plan_covariance import ground_columns, horizon, image_columns, plan_covariance
 from orient.pipeline.tables import Array, required
@@ -31,7 +32,7 @@ def frame_places(photo: Row, side: int) -> Array:
 
 def map_rows(
     places: Array,
-    comparator: Array,
+    through: SeenImage,
     oriented: Oriented,
     frame: Frame,
     height: float,
@@ -40,19 +41,19 @@ def map_rows(
 ) -> list[Row]:
     """One row for each of `places` (side^2, 2) [mm]; ground columns are None where the ray meets no ground.
 
-    `comparator` (side^2, 2) [mm]: the places before the interior orientation, whose errors all of them share.
+    `through`: the places through camera and interior orientation, whose errors all of them share.
     `height` [m] of the ground above the ellipsoid, or Z of local ground; `reading` (2, 2) [mm^2] covariance of a new
     image point; `height_sigma` [m] of the height on which a new point is found.
     """
-    points, up = _seen_ground(places, oriented, frame, height)
+    points, up = _seen_ground(through.image, oriented, frame, height)
     jacobians = ray_at_height_jacobians(points, oriented.station, oriented.rotation, oriented.f_mm, up)
-    jacobians = replace(jacobians, C=oriented.rays.jacobian(jacobians.C, jacobians.J, comparator))
+    jacobians = replace(jacobians, C=through.jacobian(jacobians.C, jacobians.J))
     met = np.flatnonzero(jacobians.determined)
     plan = plan_covariance(
         jacobians.at(met.tolist()),
         horizon(frame, up[met]),
         oriented.ray_covariance,
-        np.tile(reading, (len(met), 1, 1)),
+        through.reading(np.tile(reading, (len(places), 1, 1)))[met],
         np.full(len(met), height_sigma**2),
     )
     stored = frame.right_handed(points[met])

@@ -34,7 +34,8 @@ class Case:
 
     `control` (n, 2), `image` (m, 2) of the new points [mm]; `heights` (m,) of the points, `station_height` [m];
     `reading` (m, 2, 2) covariance of each reading, `K` (m, 2) variance of the orientation along the image axes, both
-    in the scale of the image [mm^2] and from the adjustment; `adjusted`: control points that have errors of their own.
+    in the scale of the image [mm^2] and from the adjustment; `adjusted`: control points that have errors of
+    their own, `estimated`: elements of the camera that were unknowns.
     """
 
     control: Array
@@ -47,6 +48,7 @@ class Case:
     reading: Array
     K: Array
     adjusted: int
+    estimated: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +87,9 @@ def _of_photo(case: Case) -> list[Row]:
     height, relief = case.station_height - level, float(np.max(np.abs(case.heights - level)))
     typical = float(np.mean(np.trace(case.reading, axis1=1, axis2=2))) / 2.0
     uneven = float(np.max(np.abs(case.reading / typical - np.eye(2))))
+    camera = [_condition("camera known: elements that were estimated", NORMAL_CASE, float(case.estimated), 0.0)]
     return [
+        *(camera if case.estimated else []),
         _condition("camera axis vertical: tilt in degrees", NORMAL_CASE, tilt, NEAR_VERTICAL_DEG),
         _condition("ground flat: relief in flying heights", NORMAL_CASE, relief / height if height > 0 else None, FLAT),
         _condition("control without errors: points that have them", NORMAL_CASE, float(case.adjusted), 0.0),

@@ -16,9 +16,9 @@ ELEMENTS = 6
 
 @dataclass(frozen=True, slots=True)
 class Oriented:
-    """The orientation in the solver's right-handed frame, with the covariance of its elements.
+    """The orientation in the solver's right-handed frame, with the covariance of its six elements.
 
-    `rays`: cofactors of all that an image ray depends on, the interior orientation too. `variance_scale` [mm^2]:
+    `rays`: cofactors of all that an image ray depends on, camera and interior orientation too. `variance_scale` [mm^2]:
     variance of unit weight by which all cofactors are multiplied; `scale`: the same in units of the one a priori.
     """
 
@@ -32,18 +32,19 @@ class Oriented:
 
     @property
     def ray_covariance(self) -> Array:
-        """(6+k, 6+k) of the elements and the k parameters of the interior orientation."""
+        """(6+m+k, 6+m+k) of the elements, the m of the camera and the k parameters of the interior orientation."""
         return self.variance_scale * self.rays.cofactor
 
 
-def oriented_by(refine: Tables, resection: Tables, frame: Frame) -> Oriented:
+def oriented_by(photo: Tables, refine: Tables, resection: Tables, frame: Frame) -> Oriented:
     """The orientation that the stage `resection` stored; elements r (right-handed ground axes), X_S, Y_S, Z_S."""
     row = single(resection, "orientation")
     packed = [required(entry, "value") for entry in resection["cofactor"] if entry["unknowns"] == "rotation"]
+    whole = unpack_upper(np.array(packed))
     to_right_handed = np.eye(ELEMENTS)
     to_right_handed[3:, 3:] = frame.partner
     scale = required(row, "variance_scale")
-    Q = to_right_handed @ unpack_upper(np.array(packed)) @ to_right_handed
+    Q = to_right_handed @ whole[:ELEMENTS, :ELEMENTS] @ to_right_handed
     return Oriented(
         station=frame.right_handed(columns([row], "X_S_m", "Y_S_m", "Z_S_m")[0]),
         rotation=matrix_from_quaternion(columns([row], "q_w", "q_x", "q_y", "q_z")[0]),
@@ -51,5 +52,5 @@ def oriented_by(refine: Tables, resection: Tables, frame: Frame) -> Oriented:
         covariance=scale * Q,
         scale=scale / required(row, "sigma0_apriori_mm") ** 2,
         variance_scale=scale,
-        rays=ray_unknowns_of(refine, resection, frame),
+        rays=ray_unknowns_of(photo, refine, resection, frame),
     )

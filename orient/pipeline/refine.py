@@ -12,6 +12,7 @@ import numpy as np
 
 from orient.errors import OrientError
 from orient.geometry import distortion, earth_curvature, plane, refraction
+from orient.pipeline.camera import given_camera
 from orient.pipeline.tables import Array, columns, named_packed_rows, number, or_none, required, single
 from orient.solvers.cycle_means import CycleMeans, cycle_means
 from orient.solvers.engines import Engine
@@ -157,7 +158,7 @@ def _image_points(points: Means, interior: InteriorFit | None, photo: Row, table
     covariance = by_reading @ points.covariance @ by_reading.transpose(0, 2, 1)
     principal = np.tile([-required(photo, "x0_mm"), -required(photo, "y0_mm")], (len(frame), 1))
     reduced = frame + principal
-    lens = distortion.correction(_distortion(photo, tables), reduced)
+    lens = distortion.correction(given_camera(photo, tables).distortion, reduced)
     air = _refraction(reduced + lens, photo)
     curvature = _curvature(reduced + lens + air, photo)
     image = reduced + lens + air + curvature
@@ -196,18 +197,6 @@ def _to_frame(xy: Array, interior: InteriorFit | None) -> tuple[Array, Array]:
     steps = np.array([[STEP_MM, 0.0], [0.0, STEP_MM]])
     by_reading = np.stack([(apply(step) - apply(-step)) / (2 * STEP_MM) for step in steps], axis=-1)
     return apply(np.zeros(2)), by_reading
-
-
-def _distortion(photo: Row, tables: Tables) -> distortion.Distortion:
-    coefficients = {str(row["name"]): required(row, "value") for row in tables.get("distortion_coefficient", ())}
-    radial = tables.get("distortion_radial", ())
-    return distortion.Distortion(
-        model=str(photo["distortion_model"]),
-        direction=str(photo["distortion_direction"]),
-        coefficients=coefficients,
-        table=columns(radial, "radius_mm", "distortion_mm") if radial else None,
-        f_mm=required(photo, "f_mm"),
-    )
 
 
 def _refraction(xy: Array, photo: Row) -> Array:

@@ -2,17 +2,23 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from orient.errors import GeometryError
+from orient.pipeline.calibration import Calibration, calibrate, candidates_of
+from orient.pipeline.camera import camera_unknowns, with_element
+from orient.pipeline.camera_rows import camera_events, camera_tables
 from orient.pipeline.chain import Chain
 from orient.pipeline.common_coefficients import CommonCoefficients, common_coefficients, sheet_errors
 from orient.pipeline.error_sources import ray_cofactor_rows, source_cofactor_rows
-from orient.pipeline.findings import resection_findings
+from orient.pipeline.exclusions import by_hand
+from orient.pipeline.findings import in_stored_names, resection_findings
 from orient.pipeline.frames import Frame, frame_of
 from orient.pipeline.ground import Ground, ground_of
 from orient.pipeline.interior_unknowns import adjusted_interior_rows, image_shift, interior_unknowns
+from orient.pipeline.known_elements import KnownElements, known_elements, known_events, known_residual_rows
 from orient.pipeline.resection_blunders import Chosen, Solved, Task, choose_control
 from orient.pipeline.resection_control import check_line, without_far_points
 from orient.pipeline.resection_rows import result_tables
@@ -22,8 +28,10 @@ from orient.pipeline.resection_trace import adjusted_coefficient_rows, trace_tab
 from orient.pipeline.resection_verdict import Scene, verdict
 from orient.pipeline.tables import Array, columns, required, single
 from orient.pipeline.weights import ground_weights
+from orient.solvers.camera_unknowns import CameraUnknowns
 from orient.solvers.engines import Engine
 from orient.solvers.resection import Resection, resect
+from orient.solvers.resection_problem import ELEMENTS
 from orient.units import RADIANS_PER_DEGREE
 from orient.values import Event, Outcome, Row, Settings, Tables
 
@@ -48,6 +56,7 @@ class Observations:
     image_covariance: Array
     comparator: Array
     rows: Sequence[Row]
+    image_rows: Sequence[Row] = ()
 
     def only(self, role: str) -> "Observations":
         return self.at([index for index, value in enumerate(self.roles) if value == role])
@@ -61,6 +70,7 @@ class Observations:
             self.image_covariance[keep],
             self.comparator[keep],
             [self.rows[index] for index in keep],
+            [self.image_rows[index] for index in keep] if self.image_rows else (),
         )
 
     @property
@@ -76,52 +86,148 @@ class Observations:
         return np.array([str(row["known"]) for row in self.rows])
 
 
+@dataclass(frozen=True, slots=True)
+class Assignment:
+    """Everything of a photo that its resections share, whichever points and elements of the camera take part."""
+
+    photo: Row
+    photo_tables: Tables
+    ground: Ground
+    frame: Frame
+    control: Observations
+    known: KnownElements
+    sigma0: float
+    settings: Settings
+
+
 def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     """Outcome with orientation, cofactors, iterations, equations and residuals."""
+    work, check, events = _assignment(inputs, settings)
+    task, chosen, calibration = _chosen(work, _chain(work, inputs))
+    control, found, chain = chosen.solved.control, chosen.solved.found, chosen.solved.chain
+    frame, sigma0 = work.frame, work.sigma0
+    full = np.flatnonzero(control.known == "XYZ").tolist()
+    traces: Tables = {
+        **trace_tables(found, frame, control.points, chain.camera, chain.unknowns),
+        **start_tables(found, frame, control.points, full, control.ground),
+        **({} if calibration is None else {"calibration_step": calibration.rows}),
+    }
+    events += [] if calibration is None else calibration.events
+    judged = verdict(found, _scene(work, chosen.solved, full))
+    findings = resection_findings(found, frame, control.points, sigma0) if found.termination == "CONVERGED" else []
+    # that it is ambiguous is then the refusal itself
+    events += [*judged.events, *(event for event in findings if not judged.error or event.code != "ambiguous")]
+    if judged.error:
+        return Outcome(traces, events, error=judged.error, hint=judged.hint)
+    results, remarks = _results(work, inputs, task, chosen, check)
+    return Outcome({**results, **traces}, [*events, *remarks], _summary(found, sigma0, chosen))
+
+
+def _results(
+    work: Assignment, inputs: Mapping[str, Tables], task: Task, chosen: Chosen, check: Observations
+) -> tuple[Tables, list[Event]]:
+    """All tables of an adjustment that is a result, and what they tell."""
+    found, control, frame, sigma0 = chosen.solved.found, chosen.solved.control, work.frame, work.sigma0
+    use_posteriori = work.settings["variance"] == "posteriori" and found.redundancy > 0
+    tested, remarks = test_tables(task, chosen)
+    chain = replace(chosen.solved.chain, sheets=sheet_errors(control.rows, inputs.get("digitize", {}), frame))
+    k, elements = chain.interior_unknowns, len(found.unknowns)
+    cofactors = np.diagonal(found.joint_cofactors)[elements:]
+    in_photo = adjusted_interior_rows(chain.interior, found.common[:k], cofactors[:k], sigma0)
+    others = [_moved(points, chain, in_photo) for points in (check, work.control.at(chosen.outside))]
+    results = result_tables(found, frame, control, others, sigma0, use_posteriori, chain.camera)
+    shares = found.known_redundancy[len(found.known_redundancy) - len(work.known.observations) :]
+    known = known_residual_rows(work.known, found.rotation, found.station, shares)
+    rename = partial(in_stored_names, frame=frame)
+    remarks += camera_events(found, chain.camera, work.photo, sigma0, use_posteriori, rename)
+    tables: dict[str, Sequence[Row]] = {
+        **results,
+        **camera_tables(found, chain.camera, sigma0, use_posteriori),
+        **tested,
+        "known_residual": known,
+        "cofactor": [*results["cofactor"], *ray_cofactor_rows(found, chain, frame)],
+        "adjusted_coefficient": adjusted_coefficient_rows(found.common[k:], cofactors[k:], chain.shared, sigma0),
+        "adjusted_interior": in_photo,
+        "source_cofactor": source_cofactor_rows(found, chain, frame),
+    }
+    return tables, [*remarks, *known_events(known)]
+
+
+def _assignment(inputs: Mapping[str, Tables], settings: Settings) -> tuple[Assignment, Observations, list[Event]]:
+    """The control with all that is known of ground and station; the check points; what could not be used."""
     photo = single(inputs["photo"], "photo")
     ground = ground_of(photo)
     frame = frame_of(single(inputs["topocentric"], "topocentric_frame"), ground)
     seen, events = observations(inputs["refine"], inputs["topocentric"])
     control, check = seen.only("control"), seen.only("check")
     near, far = without_far_points(control.ground, control.known == "XYZ", control.points, str(photo["platform"]))
-    control, events = control.at(near), [*events, *far]
+    control = control.at(near)
     _require_enough(control)
     check_line(control.ground[control.known == "XYZ"])
     sigma0 = required(photo, "sigma_image_mm")
-    chain = _chain(control, inputs, frame, ground, sigma0, settings)
+    known = known_elements(inputs["photo"].get("known_element", ()), frame, sigma0)
+    work = Assignment(photo, inputs["photo"], ground, frame, control, known, sigma0, settings)
+    return work, check, [*events, *far]
 
-    def adjust(keep: Sequence[int]) -> Solved:
-        return _solve(photo, ground, frame, control.at(keep), chain.at(keep), settings)
 
-    task = Task(frame, control, chain, required(photo, "f_mm"), settings, adjust)
+def _chosen(work: Assignment, chain: Chain) -> tuple[Task, Chosen, Calibration | None]:
+    """The points that carry the resection; with --calibrate auto also the elements of the camera that it needs.
+
+    The steps see all points but those excluded by hand; where points were left out, they are taken once more without
+    them, and the points are chosen again if that changes the elements.
+    """
+    if work.settings["calibrate"] != "auto" or chain.camera is None:
+        task = _task(work, chain)
+        return task, choose_control(task), None
+    outside = by_hand(work.settings, work.control.points, "control point")
+    inside = [i for i in range(len(work.control.points)) if i not in set(outside)]
+    calibration, chosen_chain = _calibrated(work, chain, inside)
+    task = _task(work, chosen_chain)
     chosen = choose_control(task)
-    everyone, control, found = control, chosen.solved.control, chosen.solved.found
-    full = np.flatnonzero(control.known == "XYZ").tolist()
-    traces: Tables = {
-        **trace_tables(found, frame, control.points, chain.unknowns),
-        **start_tables(found, frame, control.points, full, control.ground),
-    }
-    judged = verdict(found, _scene(photo, ground, frame, control.at(full), sigma0))
-    findings = resection_findings(found, frame, control.points, sigma0) if found.termination == "CONVERGED" else []
-    # that it is ambiguous is then the refusal itself
-    events += [*judged.events, *(event for event in findings if not judged.error or event.code != "ambiguous")]
-    if judged.error:
-        return Outcome(traces, events, error=judged.error, hint=judged.hint)
-    use_posteriori = settings["variance"] == "posteriori" and found.redundancy > 0
-    tested, remarks = test_tables(task, chosen)
-    chain = replace(chosen.solved.chain, sheets=sheet_errors(control.rows, inputs.get("digitize", {}), frame))
-    k = chain.interior_unknowns
-    cofactors = np.diagonal(found.joint_cofactors)[6:]
-    in_photo = adjusted_interior_rows(chain.interior, found.common[:k], cofactors[:k], sigma0)
-    others = [_moved(points, chain, in_photo) for points in (check, everyone.at(chosen.outside))]
-    results = result_tables(found, frame, control, others, sigma0, use_posteriori)
-    adjusted: dict[str, Sequence[Row]] = {
-        "cofactor": [*results["cofactor"], *ray_cofactor_rows(found, chain, frame)],
-        "adjusted_coefficient": adjusted_coefficient_rows(found.common[k:], cofactors[k:], chain.shared, sigma0),
-        "adjusted_interior": in_photo,
-        "source_cofactor": source_cofactor_rows(found, chain, frame),
-    }
-    return Outcome({**results, **adjusted, **tested, **traces}, [*events, *remarks], _summary(found, sigma0, chosen))
+    if chosen.outside == sorted(outside) or calibration is None:
+        return task, chosen, calibration
+    again, other_chain = _calibrated(work, chain, chosen.inside)
+    if again is None or chosen_chain.camera is None or again.unknowns.names == chosen_chain.camera.names:
+        return task, chosen, again or calibration
+    task = _task(work, other_chain)
+    return task, choose_control(task), again
+
+
+def _task(work: Assignment, chain: Chain) -> Task:
+    """The adjustment of any of the points."""
+    known, camera = work.known, chain.camera
+    of_camera = 0 if camera is None else len(camera.names) - len(camera.observed)
+    of_station = len(known.observations) + (0 if known.fixed_station is None else 3)
+    return Task(
+        frame=work.frame,
+        control=work.control,
+        chain=chain,
+        f_mm=required(work.photo, "f_mm"),
+        settings=work.settings,
+        adjust=lambda keep: _solve(work, work.control.at(keep), chain.at(keep)),
+        unknowns=max(len(ELEMENTS) - of_station, 1) + of_camera,
+    )
+
+
+def _calibrated(work: Assignment, chain: Chain, inside: Sequence[int]) -> tuple[Calibration | None, Chain]:
+    """The steps of --calibrate auto with some of the points, and the chain with the elements that they take."""
+    control, part = work.control.at(inside), chain.at(inside)
+    first = _solve(work, control, part).found
+    if chain.camera is None or part.camera is None or first.termination != "CONVERGED":
+        return None, chain
+
+    def solve(interior: CameraUnknowns, start: tuple[Array, Array] | None) -> Resection:
+        return _solve(work, control, replace(part, camera=interior), start).found
+
+    def add(interior: CameraUnknowns, name: str) -> CameraUnknowns:
+        return with_element(interior, name, work.photo, work.photo_tables, work.sigma0)
+
+    rename = partial(in_stored_names, frame=work.frame)
+    found = calibrate(part.camera, first, solve, add, candidates_of(part.camera), work.sigma0, rename)
+    camera = chain.camera
+    for name in found.unknowns.names:
+        camera = camera if name in camera.names else add(camera, name)
+    return found, replace(chain, camera=camera)
 
 
 def _moved(points: Observations, chain: Chain, in_photo: Sequence[Row]) -> Observations:
@@ -129,15 +235,15 @@ def _moved(points: Observations, chain: Chain, in_photo: Sequence[Row]) -> Obser
     return replace(points, image=points.image + image_shift(chain.interior, in_photo, points.comparator))
 
 
-def _chain(
-    control: Observations, inputs: Mapping[str, Tables], frame: Frame, ground: Ground, sigma0: float, settings: Settings
-) -> Chain:
+def _chain(work: Assignment, inputs: Mapping[str, Tables]) -> Chain:
     """Everything behind the coordinates of the control points that a setting does not take as known."""
+    control, settings = work.control, work.settings
     return Chain(
         interior=None if settings["interior"] == "fixed" else interior_unknowns(inputs["refine"]),
-        shared=_shared(control, inputs.get("digitize", {}), frame, ground, settings),
+        shared=_shared(control, inputs.get("digitize", {}), work.frame, work.ground, settings),
         sheets=(),
-        sigma0=sigma0,
+        sigma0=work.sigma0,
+        camera=camera_unknowns(work.photo, work.photo_tables, control.image_rows, settings, work.sigma0),
     )
 
 
@@ -168,6 +274,7 @@ def observations(refine: Tables, topocentric: Tables) -> tuple[Observations, lis
         image_covariance=packed.reshape(-1, 2, 2),
         comparator=columns(rows, "x_comparator_mm", "y_comparator_mm"),
         rows=[ground[point] for point in both],
+        image_rows=rows,
     )
     return seen, events
 
@@ -193,16 +300,9 @@ def _require_enough(control: Observations) -> None:
         )
 
 
-def _solve(
-    photo: Row,
-    ground: Ground,
-    frame: Frame,
-    control: Observations,
-    chain: Chain,
-    settings: Settings,
-) -> Solved:
+def _solve(work: Assignment, control: Observations, chain: Chain, start: tuple[Array, Array] | None = None) -> Solved:
     """Resection; height-only points are set on the curved surface of their height again until they lie on it."""
-    sigma0 = chain.sigma0
+    frame, sigma0, settings = work.frame, work.sigma0, work.settings
     own = None if chain.shared is None else chain.shared.own
     weights = ground_weights(control.rows, str(settings["control"]), sigma0, own)
     place, up = control.ground, control.up
@@ -213,39 +313,46 @@ def _solve(
             control.image,
             control.image_covariance / sigma0**2,
             frame.right_handed(place),
-            required(photo, "f_mm"),
+            required(work.photo, "f_mm"),
             ground_free=frame.right_handed_matrix(free) if free.any() else None,
             ground_weight=frame.right_handed_matrix(weight) if free.any() else None,
             common=chain.in_solver(control.comparator, frame),
             start_mask=control.known == "XYZ",
-            approximate_station=_approximate_station(photo, frame, ground),
+            approximate_station=_approximate_station(work.photo, frame, work.ground),
+            fixed_station=work.known.fixed_station,
+            observed=work.known.observations,
+            interior=chain.camera,
+            start=start,
             tolerance=float(settings["tolerance"] or 0.0),
             max_iterations=int(settings["max_iterations"] or 0),
             names=control.points,
             engine=Engine(str(settings["engine"])),
-            camera_above=_camera_above(photo),
+            camera_above=_camera_above(work.photo),
             sigma0_mm=sigma0,
         )
         solved = Solved(found, control, chain, place, up, free, weight)
         if not height_only.any() or found.termination != "CONVERGED" or frame.origin is None:
             return solved
-        place, up, lift = _on_their_height(found, frame, ground, control, place, up)
+        place, up, lift = _on_their_height(found, frame, work.ground, control, place, up)
         if lift < HEIGHT_TOLERANCE_M:
             return solved
     return solved
 
 
-def _scene(photo: Row, ground: Ground, frame: Frame, control: Observations, sigma0: float) -> Scene:
+def _scene(work: Assignment, solved: Solved, full: list[int]) -> Scene:
     """The full control points, as the verdict wants them."""
+    control, camera, station = solved.control.at(full), solved.chain.camera, work.known.fixed_station
     return Scene(
         points=control.points,
         image=control.image,
-        image_cofactor=control.image_covariance / sigma0**2,
-        ground=frame.right_handed(control.ground),
-        sigma0_mm=sigma0,
-        near=_approximate_station(photo, frame, ground),
-        camera_above=_camera_above(photo),
-        frame=frame,
+        image_cofactor=control.image_covariance / work.sigma0**2,
+        ground=work.frame.right_handed(control.ground),
+        sigma0_mm=work.sigma0,
+        near=_approximate_station(work.photo, work.frame, work.ground) if station is None else station,
+        camera_above=_camera_above(work.photo),
+        frame=work.frame,
+        camera=None if camera is None else camera.of(full),
+        is_place_known=station is not None or len(work.known.observations) > 0,
     )
 
 
@@ -286,9 +393,11 @@ def _approximate_station(photo: Row, frame: Frame, ground: Ground) -> Array | No
 
 
 def _summary(found: Resection, sigma0: float, chosen: Chosen) -> str:
-    count = len(chosen.outside)
+    count, camera = len(chosen.outside), chosen.solved.chain.camera
+    names = () if camera is None else camera.names
+    estimated = f", {', '.join(names)} estimated" if names else ""
     left_out = f", {count} {'point' if count == 1 else 'points'} excluded" if count else ""
-    return _fit_in_words(found, sigma0) + left_out
+    return _fit_in_words(found, sigma0) + estimated + left_out
 
 
 def _fit_in_words(found: Resection, sigma0: float) -> str:

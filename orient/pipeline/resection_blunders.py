@@ -19,7 +19,14 @@ from orient.solvers.critical_values import Limits, tau_limits, w_limits
 from orient.solvers.ground_points import ground_knowledge
 from orient.solvers.reliability import Reliability, most_correlated, observation_tests, prediction_statistic
 from orient.solvers.resection import Resection
-from orient.solvers.resection_reliability import Measured, View, control_blocks, other_blocks, view_misfits
+from orient.solvers.resection_reliability import (
+    Measured,
+    View,
+    control_blocks,
+    of_all_elements,
+    other_blocks,
+    view_misfits,
+)
 from orient.solvers.robust_resection import triple_misfits
 from orient.solvers.snooping import MOST_PROPOSALS, MOST_ROUNDS, Decision, Verdicts, fit_probability, snoop
 from orient.values import Settings
@@ -48,7 +55,10 @@ class Solved:
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """The control of a photo, and how it is adjusted: `adjust` (places of the points that take part)."""
+    """The control of a photo, and how it is adjusted: `adjust` (places of the points that take part).
+
+    `unknowns`: elements less what is known of them, which the points have to determine.
+    """
 
     frame: Frame
     control: "Observations"
@@ -56,6 +66,7 @@ class Task:
     f_mm: float
     settings: Settings
     adjust: Callable[[Sequence[int]], Solved]
+    unknowns: int = 6
 
     @property
     def sigma0(self) -> float:
@@ -140,6 +151,7 @@ def measured(
         ground_knowledge(frame.right_handed(place), *turned),
         shared.by_ground,
         shared.by_image,
+        None if task.chain.camera is None else task.chain.camera.of(at),
     )
 
 
@@ -162,7 +174,8 @@ def _verdicts(task: Task, kept: Mask, limits_of: Callable[[Resection], Limits]) 
     shared = whitened_common(task, inside)
     points = measured(task, inside, solved.place, solved.free, solved.weight, shared)
     blocks = control_blocks(solved.found, points, shared, task.frame.partner)
-    reliability = observation_tests(blocks, limits, len(solved.found.Q))
+    reliability = observation_tests(blocks, limits, len(solved.found.problem.free))
+    reliability = of_all_elements(solved.found, reliability)
     w = np.nan_to_num(np.abs(reliability.tests[0].w), nan=0.0)
     statistic = np.full(len(kept), np.nan)
     freedom, worst = np.zeros(len(kept), dtype=np.int64), np.full(len(kept), -1)
@@ -214,11 +227,12 @@ def _agreeing(task: Task, start: Mask) -> Mask:
             return None
         if found.termination != "CONVERGED":
             return None
-        return view_misfits(View(found.rotation, found.station, found.f_mm), points) / task.sigma0**2
+        return view_misfits(View(found.rotation, found.station, found.f_mm, found.camera), points) / task.sigma0**2
 
     starts = [T / task.sigma0**2 for T in triple_misfits(points, some.known == "XYZ", task.f_mm)]
     freedom = 2 + points.ground.weight_rank - points.ground.free_rank
-    trimmed = least_trimmed(starts, freedom, 6, AGREEING, misfits)
+    agreeing = max(AGREEING, task.unknowns // 2 + 1)
+    trimmed = least_trimmed(starts, freedom, task.unknowns, agreeing, misfits)
     whole = np.zeros_like(start)
     whole[at] = trimmed.agreeing
     limits = w_limits(task.sigma0 * trimmed.scale)

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from orient.geometry.camera import camera_equations
 from orient.geometry.collinearity import project
 from orient.geometry.rotation import (
     aok_by_rotation,
@@ -15,8 +16,10 @@ from orient.geometry.rotation import (
     opk_from_matrix,
     quaternion_from_matrix,
 )
+from orient.pipeline.camera import measured_of
 from orient.pipeline.frames import Frame
-from orient.pipeline.tables import COVARIANCE_PARTS, UPPER_3, Array, named_packed_rows, or_none
+from orient.pipeline.tables import COVARIANCE_PARTS, UPPER_3, Array, columns, named_packed_rows, or_none
+from orient.solvers.camera_unknowns import CameraUnknowns
 from orient.solvers.resection import Resection
 from orient.units import DEGREES_PER_RADIAN
 from orient.values import Row
@@ -39,6 +42,7 @@ def result_tables(
     others: Sequence["Observations"],
     sigma0: float,
     use_posteriori: bool,
+    interior: CameraUnknowns | None = None,
 ) -> Mapping[str, Sequence[Row]]:
     """Orientation, angles, cofactors, residuals and adjusted ground points.
 
@@ -51,7 +55,7 @@ def result_tables(
         "cofactor": _cofactor_rows(found, frame),
         "image_residual": [
             *_control_residuals(found, control),
-            *(row for points in others for row in _other_residuals(found, frame, points)),
+            *(row for points in others for row in _other_residuals(found, frame, points, interior)),
         ],
         "adjusted_point": _adjusted_rows(found, frame, control),
     }
@@ -124,15 +128,16 @@ def _triples(found: Resection, frame_name: str, turn: Array, scale: float) -> Ro
 
 
 def _cofactor_rows(found: Resection, frame: Frame) -> Rows:
-    to_stored = np.eye(6)
-    to_stored[3:, 3:] = frame.partner
+    camera = found.unknowns[6:]
+    to_stored = np.eye(len(found.Q))
+    to_stored[3:6, 3:6] = frame.partner
     rotation = to_stored @ found.Q @ to_stored.T
-    rows = _packed_rows("rotation", (*ROTATIONS, *STATION), rotation)
+    rows = _packed_rows("rotation", (*ROTATIONS, *STATION, *camera), rotation)
     if near_blind_aok(found.rotation):
         return rows
-    to_angles = np.eye(6)
+    to_angles = np.eye(len(found.Q))
     to_angles[:3, :3] = aok_by_rotation(found.rotation)
-    return rows + _packed_rows("aok", (*ANGLES_AOK, *STATION), to_angles @ rotation @ to_angles.T)
+    return rows + _packed_rows("aok", (*ANGLES_AOK, *STATION, *camera), to_angles @ rotation @ to_angles.T)
 
 
 def _packed_rows(unknowns: str, unknown_names: Sequence[str], matrix: Array) -> Rows:
@@ -144,7 +149,7 @@ def _control_residuals(found: Resection, control: "Observations") -> Rows:
         {
             "point": point,
             "role": "control",
-            **named(("x_mm", "y_mm"), control.image[index]),
+            **named(("x_mm", "y_mm"), found.measured[index]),
             **named(("vx_mm", "vy_mm"), found.residuals[index]),
             **named(("redundancy_x", "redundancy_y"), found.redundancy_numbers[index]),
             "depth_m": -float(found.zs[index]),
@@ -153,18 +158,25 @@ def _control_residuals(found: Resection, control: "Observations") -> Rows:
     ]
 
 
-def _other_residuals(found: Resection, frame: Frame, check: "Observations") -> Rows:
+def _other_residuals(found: Resection, frame: Frame, check: "Observations", interior: CameraUnknowns | None) -> Rows:
     """Computed minus measured at check or excluded points; partly given ones cannot be compared."""
     full = [index for index, known in enumerate(check.known) if known == "XYZ"]
     if not full:
         return []
     computed, zs = project(frame.right_handed(check.ground[full]), found.station, found.rotation, found.f_mm)
+    measured = check.image[full]
+    residuals = computed - measured
+    if interior is not None:
+        rows = [check.image_rows[index] for index in full]
+        moved = measured - columns(rows, "x_mm", "y_mm")
+        lens = camera_equations(interior.at(found.camera), (), computed, measured_of(rows))
+        measured, residuals = lens.measured + moved, lens.misclosure - moved
     return [
         {
             "point": check.points[index],
             "role": "check" if check.roles[index] == "check" else "excluded",
-            **named(("x_mm", "y_mm"), check.image[index]),
-            **named(("vx_mm", "vy_mm"), computed[row] - check.image[index]),
+            **named(("x_mm", "y_mm"), measured[row]),
+            **named(("vx_mm", "vy_mm"), residuals[row]),
             "redundancy_x": None,
             "redundancy_y": None,
             "depth_m": -float(zs[row]),

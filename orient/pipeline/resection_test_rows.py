@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from orient.pipeline.camera import unit_of
 from orient.pipeline.exclusions import hand_row, numbered, robust_row, snooping_events, snooping_row
 from orient.pipeline.resection_blunders import Chosen, Task, Tested
 from orient.pipeline.resection_rows import ROTATIONS, STATION
@@ -110,14 +111,32 @@ def _name(task: Task, tested: Tested, group: int, block: int, k: int) -> dict[st
     if group == 0:
         kind, axis, unit = AXES[k]
         return {"kind": kind, "part": "", "point": tested.solved.control.points[block], "axis": axis, "unit": unit}
-    unknown = task.chain.unknowns[k]  # the second group are the common unknowns
+    if not _is_coefficient(tested, group):
+        name, unit = _known_names(tested)[block]
+        return {"kind": "known", "part": "", "point": "", "axis": name, "unit": unit}
+    unknown = task.chain.unknowns[k]
     return {"kind": "coefficient", "part": unknown.subject, "point": "", "axis": unknown.name, "unit": unknown.unit}
 
 
+def _is_coefficient(tested: Tested, group: int) -> bool:
+    """Groups after the points: the common unknowns if there are any, then what is known of the elements."""
+    return group == 1 and tested.solved.found.problem.common.rank > 0
+
+
+def _known_names(tested: Tested) -> list[tuple[str, str]]:
+    """Name and unit of what is known of the camera, then of station and angles."""
+    problem, interior = tested.solved.found.problem, tested.solved.chain.camera
+    names = [] if interior is None else [interior.names[place] for place in interior.observed]
+    of_camera = [(name, unit_of(name, interior.camera)) for name in names if interior is not None]
+    return of_camera + [(one.name, "m" if one.name.endswith("_S") else "rad") for one in problem.observed]
+
+
 def _residuals(task: Task, tested: Tested, group: int) -> Array:
-    """v of the image coordinates, of the point's own ground coordinates in T', of the coefficients."""
+    """v of the image coordinates, of a point's own ground coordinates in T', of coefficients, of what is known."""
     solved, frame = tested.solved, task.frame
     found, shared = solved.found, solved.chain.shared
+    if group > 0 and not _is_coefficient(tested, group):
+        return (found.problem.known_equations(found.state)[1] * np.sqrt(found.problem.known_cofactors))[:, None]
     if group == 1:
         return found.common[None]
     place = frame.right_handed(found.ground) - solved.place
@@ -141,12 +160,14 @@ def _correlations(tested: Tested) -> dict[Observation, tuple[float | None, str |
     told: dict[Observation, tuple[float | None, str | None]] = {}
     for place, near in found.items():
         group, block, k = near.partner
-        other = tested.solved.control.points[block] if group == 0 else _sheet(tested, k)
+        other = tested.solved.control.points[block] if group == 0 else _other(tested, group, block, k)
         told[place] = near.rho, other
     return told
 
 
-def _sheet(tested: Tested, k: int) -> str:
+def _other(tested: Tested, group: int, block: int, k: int) -> str:
+    if not _is_coefficient(tested, group):
+        return f"known {_known_names(tested)[block][0]}"
     chain = tested.solved.chain
     subject = chain.unknowns[k].subject
     return subject if k < chain.interior_unknowns else f"sheet {subject}"
@@ -172,7 +193,7 @@ def _effect_rows(task: Task, tested: Tested) -> list[Row]:
         del name["unit"]
         rows += [
             {**name, "unknown": unknown, "unit": unit, "effect": float(effect[i])}
-            for i, (unknown, unit) in enumerate(_unknowns())
+            for i, (unknown, unit) in enumerate(_unknowns(tested))
         ]
     return rows
 
@@ -184,8 +205,10 @@ def _stored(task: Task, test: BlockTests, block: int, k: int) -> Array:
     return effect
 
 
-def _unknowns() -> list[tuple[str, str]]:
-    return [(name, "deg") for name in ROTATIONS] + [(name, "m") for name in STATION]
+def _unknowns(tested: Tested) -> list[tuple[str, str]]:
+    interior = tested.solved.chain.camera
+    of_camera = [] if interior is None else [(name, unit_of(name, interior.camera)) for name in interior.names]
+    return [(name, "deg") for name in ROTATIONS] + [(name, "m") for name in STATION] + of_camera
 
 
 def _unchecked(rows: Sequence[Row]) -> list[Event]:

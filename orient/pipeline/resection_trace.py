@@ -6,10 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from orient.geometry.rotation import aok_from_matrix, quaternion_from_matrix, rotation_exp
+from orient.pipeline.camera import unit_of
 from orient.pipeline.common_coefficients import CommonCoefficients
 from orient.pipeline.frames import Frame
 from orient.pipeline.resection_rows import ANGLES_AOK, QUATERNION, STATION, Rows, named
 from orient.pipeline.tables import Array
+from orient.solvers.camera_unknowns import CameraUnknowns
 from orient.solvers.resection import IterationRecord, Resection
 from orient.units import wrap_half_turn
 from orient.values import Row
@@ -26,13 +28,18 @@ class NamedUnknown:
 
 
 def trace_tables(
-    found: Resection, frame: Frame, points: Sequence[str], common: Sequence[NamedUnknown] = ()
+    found: Resection,
+    frame: Frame,
+    points: Sequence[str],
+    interior: CameraUnknowns | None = None,
+    common: Sequence[NamedUnknown] = (),
 ) -> Mapping[str, Sequence[Row]]:
     """Iterations and equations: stored for a failure too."""
     return {
         "iteration": [_iteration_row(number, record) for number, record in enumerate(found.iterations, 1)],
-        "iteration_parameter": _parameter_rows(found, frame, points, common),
+        "iteration_parameter": _parameter_rows(found, frame, points, interior, common),
         "equation": _equation_rows(found, frame, points),
+        "camera_equation": _camera_equation_rows(found, points),
     }
 
 
@@ -69,8 +76,16 @@ def _iteration_row(number: int, record: IterationRecord) -> Row:
     }
 
 
-def _parameter_rows(found: Resection, frame: Frame, points: Sequence[str], common: Sequence[NamedUnknown]) -> Rows:
+def _parameter_rows(
+    found: Resection,
+    frame: Frame,
+    points: Sequence[str],
+    interior: CameraUnknowns | None,
+    common: Sequence[NamedUnknown],
+) -> Rows:
     rows: Rows = []
+    camera = found.unknowns[6:]
+    units = [] if interior is None else [unit_of(name, interior.camera) for name in camera]
     for number, record in enumerate(found.iterations, 1):
         before = aok_from_matrix(record.rotation)
         after = aok_from_matrix(rotation_exp(record.correction_rotation) @ record.rotation)
@@ -78,6 +93,9 @@ def _parameter_rows(found: Resection, frame: Frame, points: Sequence[str], commo
         rows += _unknown_rows(number, "", ANGLES_AOK, "rad", before, np.array(steps))
         station, step = frame.right_handed(record.station), frame.right_handed(record.correction_station)
         rows += _unknown_rows(number, "", STATION, "m", station, step)
+        for k, (name, unit) in enumerate(zip(camera, units, strict=True)):
+            value, change = record.camera[k : k + 1], record.correction_camera[k : k + 1]
+            rows += _unknown_rows(number, "", (name,), unit, value, change)
         if record.ground is not None and record.correction_ground is not None:
             places, moves = frame.right_handed(record.ground), frame.right_handed(record.correction_ground)
             for point, place, move in zip(points, places, moves, strict=True):
@@ -113,4 +131,13 @@ def _equation_rows(found: Resection, frame: Frame, points: Sequence[str]) -> Row
         {"point": point, "axis": axis, **named(keys, coefficients[i, j]), "l_mm": float(found.free_terms[i, j])}
         for i, point in enumerate(points)
         for j, axis in enumerate("xy")
+    ]
+
+
+def _camera_equation_rows(found: Resection, points: Sequence[str]) -> Rows:
+    return [
+        {"point": point, "axis": axis, "unknown": name, "coefficient": float(found.camera_equations[i, j, k])}
+        for i, point in enumerate(points)
+        for j, axis in enumerate("xy")
+        for k, name in enumerate(found.unknowns[6:])
     ]

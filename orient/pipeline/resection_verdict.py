@@ -9,6 +9,7 @@ from orient.errors import GeometryError
 from orient.pipeline.findings import fails_global_test, in_stored_names, odd_points
 from orient.pipeline.frames import Frame
 from orient.pipeline.tables import Array
+from orient.solvers.camera_unknowns import CameraUnknowns
 from orient.solvers.functional_iteration import Termination
 from orient.solvers.resection import Resection, resect
 from orient.values import Event
@@ -22,12 +23,17 @@ DECISIVE = 0.5
 """The approximate station chooses an orientation that is at most half as far from it as any other."""
 DOUBLE_ROOT = 1e-6
 """Three points find a double solution to the root of the rounding error only: a condition ratio below is singular."""
+INSEPARABLE = "cannot be separated"
 UP = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """The control points with all coordinates, right-handed, and what else decides: station near [m], place."""
+    """The control points with all coordinates, right-handed, and what else decides: station near [m], place.
+
+    `camera`: elements of the camera that are unknowns, with the readings of these points; `is_place_known`: something
+    is known of station or angles.
+    """
 
     points: Sequence[str]
     image: Array
@@ -37,6 +43,8 @@ class Scene:
     near: Array | None
     camera_above: Array | None
     frame: Frame
+    camera: CameraUnknowns | None = None
+    is_place_known: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +61,7 @@ def verdict(found: Resection, scene: Scene) -> Verdict:
     exchanged = _exchange(found, scene)
     if found.termination is not Termination.CONVERGED:
         error = f"{found.termination.value}: {in_stored_names(found.message, scene.frame)}{_cylinder(found, scene)}"
-        return Verdict(error, _hint(found.termination, exchanged), (*exchanged, *_odd(found, scene)))
+        return Verdict(error, _hint(found, exchanged), (*exchanged, *_odd(found, scene)))
     if exchanged:
         return Verdict(f"WRONG_AXES: {exchanged[0].message}", EXCHANGE_HINT, exchanged)
     apart = _misfit(found)
@@ -77,14 +85,20 @@ HINTS = {
 EXCHANGE_HINT = "Correct the order or the handedness of the ground coordinates, or the sign of the image's x."
 
 
-def _hint(termination: Termination, exchanged: Sequence[Event]) -> str:
+def _hint(found: Resection, exchanged: Sequence[Event]) -> str:
     if exchanged:
         return EXCHANGE_HINT
-    return HINTS.get(termination, "Look at the iterations: orient show PROJECT resection")
+    if INSEPARABLE in found.message:
+        name = found.message.split(" ", 1)[0]
+        return (
+            f"Leave {name} out of --estimate, give its standard deviation in photo.toml, or add control at other "
+            "heights or an oblique view."
+        )
+    return HINTS.get(found.termination, "Look at the iterations: orient show PROJECT resection")
 
 
 def _odd(found: Resection, scene: Scene) -> list[Event]:
-    return odd_points(scene.image, scene.ground, found.f_mm, scene.points)
+    return odd_points(scene.image, scene.ground, found.problem.f_mm, scene.points)
 
 
 def _misfit(found: Resection) -> str:
@@ -105,14 +119,15 @@ def _exchange(found: Resection, scene: Scene) -> tuple[Event, ...]:
 
     A mirrored photo (x with the wrong sign) or a wrong handedness is the same for the fit.
     """
-    n = len(scene.points)
     does_not_fit = found.termination is not Termination.CONVERGED or fails_global_test(found, scene.sigma0_mm)
-    if 2 * n <= 6 or not does_not_fit:
+    if 2 * len(scene.points) <= _unknowns(scene) or not does_not_fit:
         return ()
-    before = _sigma0(found)
+    before = _fit_as_given(found, scene)
+    if before is None:
+        return ()
     is_misplaced = found.termination in (Termination.BEHIND_CAMERA, Termination.BELOW_GROUND)
     for name, ground, up in _exchanged_grounds(scene):
-        after = _fit(found.f_mm, scene, ground, up)
+        after = _fit(found.problem.f_mm, scene, ground, up)
         if after is not None and EXCHANGE_GAIN * after < before:
             was, now = (_micrometres(sigma0) for sigma0 in (before, after))
             return (Event("warning", "exchange", "", f"exchange of {name} lowers sigma0 from {was} to {now}", after),)
@@ -120,6 +135,19 @@ def _exchange(found: Resection, scene: Scene) -> tuple[Event, ...]:
             message = f"with {name} exchanged the control fits and the camera is on the right side"
             return (Event("warning", "exchange", "", message, after),)
     return ()
+
+
+def _unknowns(scene: Scene) -> int:
+    """How many unknowns the points must determine in such a trial."""
+    camera = scene.camera
+    return 6 if camera is None else 6 + len(camera.names) - len(camera.observed)
+
+
+def _fit_as_given(found: Resection, scene: Scene) -> float | None:
+    """sigma0 [mm] that a trial has to undercut: where a known station takes part, of a resection without it."""
+    if not scene.is_place_known:
+        return _sigma0(found)
+    return _fit(found.problem.f_mm, scene, scene.ground, UP if scene.camera_above is None else scene.camera_above)
 
 
 def _micrometres(sigma0_mm: float) -> str:
@@ -133,7 +161,7 @@ def _mirrored(found: Resection, scene: Scene) -> Verdict:
     _, thickness, axes = np.linalg.svd(scene.ground - centre, full_matrices=False)
     if scene.camera_above is not None or len(scene.points) <= 3 or thickness[-1] > NEARLY_FLAT * thickness[0]:
         return Verdict()
-    after = _fit(found.f_mm, scene, scene.ground[:, [1, 0, 2]], UP)
+    after = _fit(found.problem.f_mm, scene, scene.ground[:, [1, 0, 2]], UP)
     if after is None or after > 2 * _sigma0(found) + scene.sigma0_mm:
         return Verdict()
     if scene.near is None:
@@ -163,13 +191,17 @@ def _exchanged_grounds(scene: Scene) -> list[tuple[str, Array, Array]]:
 
 
 def _fit(f_mm: float, scene: Scene, ground: Array, up: Array) -> float | None:
-    """sigma0 [mm] of the resection with other ground, all of it fixed; None without a valid one."""
+    """sigma0 [mm] of the resection with other ground, all of it fixed; None without a valid one.
+
+    What is known of station and angles is in the axes that are in question: it does not take part.
+    """
     try:
         found = resect(
             scene.image,
             scene.image_cofactor,
             ground,
             f_mm,
+            interior=scene.camera,
             camera_above=None if scene.camera_above is None else up,
         )
     except GeometryError:

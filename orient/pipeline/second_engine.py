@@ -13,7 +13,7 @@ from orient.geometry.polynomial import exponents
 from orient.geometry.rotation import matrix_from_quaternion
 from orient.pipeline.refine import FIDUCIAL, readings_in_mm
 from orient.pipeline.tables import Array, columns, names, required, single
-from orient.pipeline.verify_observations import resection_observations
+from orient.pipeline.verify_observations import NOT_KNOWN, knows_all_unknowns, resection_observations
 from orient.solvers import independent_plane, independent_polynomial, independent_resection
 from orient.solvers.independent_resection import MAX_UNKNOWNS, ResectionObservations, solve_independently
 from orient.solvers.packed import unpack_upper
@@ -62,6 +62,8 @@ def solve_again(stage: str, inputs: Mapping[str, Tables], settings: Settings, st
 
 
 def _resection(inputs: Mapping[str, Tables], settings: Settings, stored: Tables) -> Solved:
+    if not knows_all_unknowns(settings, inputs["photo"]):
+        return Solved(left_out=NOT_KNOWN)
     row = single(stored, "orientation")
     case = resection_observations(inputs, settings, stored)
     given = case.given

@@ -13,7 +13,7 @@ from orient.pipeline.registry import BY_NAME, EVIDENCE, Stage
 from orient.pipeline.runner import current_user, outcome_of
 from orient.pipeline.second_engine import Solved, solve_again
 from orient.pipeline.verify_compare import Comparison, Difference, compare, seal_row
-from orient.pipeline.verify_observations import resection_observations
+from orient.pipeline.verify_observations import NOT_KNOWN, knows_all_unknowns, resection_observations
 from orient.pipeline.verify_verdict import RunVerdict, Verification, evidence
 from orient.solvers.resection_simulation import Spread, simulate_resection
 from orient.store.digest import input_digest
@@ -66,7 +66,7 @@ def verify_project(path: Path, request: Request, watch: Watch | None = None) -> 
             watch.begin(run, place, len(examined))
             verdict = _examined(project, run)
             if request.simulate and run.run_id in current and run.stage == "resection" and verdict.verdict != "differs":
-                verdict = replace(verdict, spread=_simulated(project, run, request, watch))
+                verdict = _with_spread(verdict, project, request, watch)
             verdicts.append(replace(verdict, reads=_differing_inputs(verdict, verdicts)))
             watch.end(verdicts[-1])
         ledger = project.ledger_problems()
@@ -137,6 +137,15 @@ def _solved_again(run: RunInfo, inputs: Mapping[str, Tables], settings: Settings
         return solve_again(run.stage, inputs, settings, stored)
     except (OrientError, ArithmeticError, LookupError, ValueError) as error:
         return Solved(left_out=f"the stored result cannot be solved again ({error})")
+
+
+def _with_spread(verdict: RunVerdict, project: Project, request: Request, watch: Watch) -> RunVerdict:
+    """The simulation, where it has all unknowns of the resection; else the verdict says that it is left out."""
+    run = verdict.run
+    settings = {**BY_NAME[run.stage].settings, **run.settings}
+    if not knows_all_unknowns(settings, project.read_tables(run.inputs["photo"])):
+        return replace(verdict, left_out=NOT_KNOWN)
+    return replace(verdict, spread=_simulated(project, run, request, watch))
 
 
 def _simulated(project: Project, run: RunInfo, request: Request, watch: Watch) -> Spread:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from orient.geometry.rotation import matrix_from_quaternion
+from orient.pipeline.camera import is_estimated
 from orient.pipeline.common_coefficients import common_coefficients
 from orient.pipeline.frames import Frame, frame_of
 from orient.pipeline.ground import ground_of
@@ -26,6 +27,17 @@ class ResectionCase:
     adjusted: Array
     sigma0: float
     partner: Array
+
+
+NOT_KNOWN = (
+    "elements of the camera are unknowns, or [known] says something of the station or the angles: "
+    "neither the second engine nor the simulation has these equations"
+)
+
+
+def knows_all_unknowns(settings: Settings, photo: Tables) -> bool:
+    """Is the resection one of six elements and ground alone, as `ResectionObservations` describes it?"""
+    return not is_estimated(settings) and not photo.get("known_element")
 
 
 def resection_observations(inputs: Mapping[str, Tables], settings: Settings, stored: Tables) -> ResectionCase:

@@ -28,7 +28,8 @@ def covariance_tables(tables: Tables, most: int) -> list[Shown]:
     shown = [*_maps(tables["ground_accuracy"]), *_pairs(tables, most)]
     if tables.get("focal_cofactor"):
         shown += [_cofactors(tables["focal_cofactor"]), _sums(tables["focal_sum"], most)]
-    return [*shown, _conditions(tables["closed_form_condition"]), _uses(tables["element_use"])]
+    uses = [_uses(tables["element_use"])] if tables["element_use"] else []
+    return [*shown, _conditions(tables["closed_form_condition"]), *uses]
 
 
 def plan_sigma(row: Row) -> float | None:
@@ -107,6 +108,8 @@ def _whole(row: Row) -> float:
 
 
 def _advice(uses: Sequence[Row]) -> list[str]:
+    if not uses:
+        return ["The elements of the camera are unknowns too: use the full covariance matrix of all of them."]
     by_name = {str(row["elements"]): row for row in uses}
     right = _number(by_name["six elements"]["sigma_m"])
     others = "; ".join(

@@ -15,6 +15,7 @@ BULKY = (
     "iteration",
     "iteration_parameter",
     "equation",
+    "camera_equation",
     "absolute_cofactor",
     "absolute_iteration",
     "absolute_iteration_parameter",

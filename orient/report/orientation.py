@@ -44,7 +44,10 @@ def _sigma0(sigma0: float, apriori: float) -> str:
 
 def orientation_tables(tables: Tables, most: int) -> list[Shown]:
     """Title, headers, cells of each table."""
-    shown = [_elements(tables), _angles(tables["orientation_angle"])]
+    shown = [_elements(tables)]
+    if tables.get("camera_element"):
+        shown.append(_camera(tables["camera_element"]))
+    shown.append(_angles(tables["orientation_angle"]))
     residuals = tables.get("image_residual", ())
     control = [row for row in residuals if row["role"] == "control"]
     check = [row for row in residuals if row["role"] == "check"]
@@ -71,6 +74,32 @@ def _elements(tables: Tables) -> Shown:
         if angle["triple"] == "aok" and angle["frame"] == "ground":
             cells.append([f"{angle['angle']} deg", cell(angle["value_deg"], 7), cell(angle["sigma_deg"], 7)])
     return f"Exterior orientation ({AXES[str(row['frame'])]})", ["element", "value", "sigma"], cells
+
+
+def _camera(rows: Sequence[Row]) -> Shown:
+    """Digits down to a hundredth of the standard deviation."""
+    cells = [
+        [
+            f"{row['unknown']} {row['unit']}".removesuffix(" 1"),
+            f"{_float(row['value_apriori']):.6g}",
+            "free" if row["sigma_apriori"] is None else f"{_float(row['sigma_apriori']):.3g}",
+            _to_sigma(row["value"], row["sigma"]),
+            "" if row["sigma"] is None else f"{_float(row['sigma']):.3g}",
+            cell(row["t"], 1),
+            "yes" if row["is_significant"] else "no",
+        ]
+        for row in rows
+    ]
+    limit = _float(rows[0]["t_limit"])
+    headers = ["element", "a priori", "sigma", "adjusted", "sigma", "t", "signif."]
+    return f"Estimated camera; t = change / sigma, significant above {limit:.2f} (1 %)", headers, cells
+
+
+def _to_sigma(value: object, sigma: object) -> str:
+    if not sigma or not value:
+        return f"{_float(value):.8g}"
+    digits = math.ceil(math.log10(abs(_float(value)) / _float(sigma))) + 2
+    return f"{_float(value):.{min(max(digits, 3), 12)}g}"
 
 
 def _angles(rows: Sequence[Row]) -> Shown:

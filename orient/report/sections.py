@@ -73,6 +73,12 @@ SECTIONS: Mapping[str, tuple[Section, ...]] = {
         _section("Points in T'", "topocentric_point", "point role weighting known X_m.3 Y_m.3 Z_m.3"),
     ),
     "resection": (
+        _section("Known of the camera's place: adjusted minus known", "known_residual", "quantity unit sigma.4 v.4"),
+        _section(
+            "Calibration by steps",
+            "calibration_step",
+            "step unknown decision t.1 correlation.3 correlated_with",
+        ),
         _section(
             "Start values that were adjusted, best first: how they fit, and where they led",
             "start_candidate",

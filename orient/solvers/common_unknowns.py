@@ -3,7 +3,7 @@
 On the ground: the polynomial of their map sheet. In the image: the interior orientation through fiducial marks.
 c has its own a-priori cofactor matrix C = F F'. Inside, c = F z with z of unit weight: well scaled whatever the units
 of c, and a direction in which C vanishes is no unknown. The points are eliminated one by one, then z; what stays is a
-triangle of the six elements. The cost grows with the number of points only.
+triangle of the elements. The cost grows with the number of points only.
 """
 
 from collections.abc import Sequence
@@ -62,22 +62,22 @@ class WhitenedCommon:
 
 @dataclass(frozen=True, slots=True)
 class CommonTriangle:
-    """R_z dz + R_e (de / s) = -rho: (q, q), (q, 6), (q,); the equations of z when the points are eliminated."""
+    """R_z dz + R_e (de / s) = -rho: (q, q), (q, u), (q,); the equations of z when the points are eliminated."""
 
     R_z: FloatArray
     R_e: FloatArray
     rho: FloatArray
 
     def corrections(self, scaled_elements: FloatArray) -> FloatArray:
-        """dz (q,) that belong to the corrections de / s (6,) of the elements."""
+        """dz (q,) that belong to the corrections de / s (u,) of the elements."""
         return np.asarray(-np.linalg.solve(self.R_z, self.rho + self.R_e @ scaled_elements))
 
     def rim_cofactors(self, scales: FloatArray, Q: FloatArray) -> FloatArray:
-        """Cofactor matrix (q+6, q+6) of z and the elements from that of the elements."""
+        """Cofactor matrix (q+u, q+u) of z and the elements from that, (u, u), of the elements."""
         q = len(self.R_z)
         inverse = np.linalg.inv(self.R_z)
         by_elements = -inverse @ self.R_e / scales
-        rim = np.empty((q + 6, q + 6))
+        rim = np.empty((q + len(Q), q + len(Q)))
         rim[q:, q:] = Q
         rim[:q, q:] = by_elements @ Q
         rim[q:, :q] = rim[:q, q:].T

@@ -1,6 +1,6 @@
 """Sigma_u = sum over s of S_s C_s S_s': which part of the covariance of a resection comes from which observations.
 
-S = du/dl are the sensitivities of the unknowns u = (six elements, common unknowns c) to the observations l for the
+S = du/dl are the sensitivities of the unknowns u = (elements, common unknowns c) to the observations l for the
 weights that were used; C_s is the covariance of l as far as the source s makes it. The sources are independent, so
 their parts sum to the covariance of u.
 """
@@ -19,15 +19,17 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Sensitivities:
-    """du/dl of the unknowns u = (e, c), six elements and k common ones.
+    """du/dl of the unknowns u = (e, c), 6+m elements (m of the camera) and k common ones.
 
-    `by_image` (n, 6+k, 2) [per mm] by the measured image coordinates, `by_ground` (n, 6+k, 3) [per m] by the given
-    ground coordinates, `by_common` (6+k, k) by the a-priori values of c.
+    `by_image` (n, 6+m+k, 2) [per mm] by the measured image coordinates, `by_ground` (n, 6+m+k, 3) [per m] by the given
+    ground coordinates, `by_common` (6+m+k, k) by the a-priori values of c, `by_known` (6+m+k, p) by what is known of
+    the elements: priors of the camera, then station and angles.
     """
 
     by_image: FloatArray
     by_ground: FloatArray
     by_common: FloatArray
+    by_known: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,25 +37,27 @@ class Sources:
     """Covariances (or cofactors) by the name of their source, of the observations that the source makes uncertain.
 
     `image` (n, 2, 2) of readings, `ground` (n, 3, 3) of given coordinates, `common` (k, k) of a-priori values.
-    A source may stand in all three.
+    `known` (p, p) of what is known of the elements. A source may stand in all of them.
     """
 
     image: Mapping[str, FloatArray] = field(default_factory=dict)
     ground: Mapping[str, FloatArray] = field(default_factory=dict)
     common: Mapping[str, FloatArray] = field(default_factory=dict)
+    known: Mapping[str, FloatArray] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
         """In order of appearance."""
-        return tuple(dict.fromkeys([*self.image, *self.ground, *self.common]))
+        return tuple(dict.fromkeys([*self.image, *self.ground, *self.common, *self.known]))
 
 
 def sensitivities(found: Resection) -> Sensitivities:
-    """S_x = Q (A + B T)' P,  S_p = Q T' W,  S_c = Q_z F^-1: what a change of one observation does to the unknowns.
+    """S_x = Q (A + B T)' P,  S_p = Q T' W,  S_c = Q_z F^-1,  S_k = Q K' P_k: sensitivities of the unknowns.
 
-    A, B: partials of the image coordinates by the unknowns of the rim and by the point, T = dp/drim of the eliminated
-    points, P and W: weights of the image and of the given ground coordinates, F: root of the cofactors of c. All
-    linearised at the solution; a given coordinate in a direction that is taken as errorless has no sensitivity.
+    What a change of one observation does. A, B: partials of the image coordinates by the unknowns of the rim and by
+    the point, T = dp/drim of the eliminated points, P and W: weights of the image and of the given ground coordinates,
+    F: root of the cofactors of c, K and P_k: partials and weights of what is known of the elements. All linearised at
+    the solution; a given coordinate in a direction that is taken as errorless has no sensitivity.
     Singular geometry gives NaN. Source: dx = -Q A'P dl of least squares, points eliminated.
     """
     problem, linear, rim = found.problem, found.linear, found.rim
@@ -66,8 +70,10 @@ def sensitivities(found: Resection) -> Sensitivities:
     weight = root.transpose(0, 2, 1) @ root
     by_image = rim @ (design + by_point @ by_rim).transpose(0, 2, 1) @ np.linalg.inv(problem.image_cofactor)
     by_ground = rim @ by_rim.transpose(0, 2, 1) @ weight
-    turn = _named_unknowns(common.factor, len(rim) - q)
-    return Sensitivities(turn @ by_image, turn @ by_ground, turn @ rim[:, :q] @ common.inverse)
+    by_known = rim[:, q:] @ (problem.known_equations(found.state)[0].T / np.sqrt(problem.known_cofactors))
+    turn = problem.to_named
+    by_common = turn @ rim[:, :q] @ common.inverse
+    return Sensitivities(turn @ by_image, turn @ by_ground, by_common, turn @ by_known)
 
 
 def error_budget(sensitive: Sensitivities, sources: Sources) -> dict[str, FloatArray]:
@@ -80,6 +86,8 @@ def error_budget(sensitive: Sensitivities, sources: Sources) -> dict[str, FloatA
         parts[name] += _summed(sensitive.by_ground, covariance)
     for name, covariance in sources.common.items():
         parts[name] += sensitive.by_common @ covariance @ sensitive.by_common.T
+    for name, covariance in sources.known.items():
+        parts[name] += sensitive.by_known @ covariance @ sensitive.by_known.T
     return {name: 0.5 * (part + part.T) for name, part in parts.items()}
 
 
@@ -88,12 +96,3 @@ def _summed(S: FloatArray, covariance: FloatArray) -> FloatArray:
     u = S.shape[1]
     weighted = (S @ covariance).transpose(1, 0, 2).reshape(u, -1)
     return np.asarray(weighted @ S.transpose(1, 0, 2).reshape(u, -1).T)
-
-
-def _named_unknowns(factor: FloatArray, elements: int) -> FloatArray:
-    """(elements+k, q+elements): e and c = F z from the rim (z, e)."""
-    k, q = factor.shape
-    turn = np.zeros((elements + k, q + elements))
-    turn[:elements, q:] = np.eye(elements)
-    turn[elements:, :q] = factor
-    return turn

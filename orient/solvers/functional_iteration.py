@@ -232,9 +232,9 @@ def undetermined_combination(linear: Linearised, names: Sequence[str]) -> str:
 def strong_correlations(
     Q: FloatArray, names: Sequence[str], limit: float = WEAK_CORRELATION
 ) -> tuple[tuple[str, str, float], ...]:
-    """Pairs of unknowns with |Q_ij| / sqrt(Q_ii Q_jj) > limit."""
+    """Pairs of unknowns with |Q_ij| / sqrt(Q_ii Q_jj) > limit; one without variance has no partner."""
     sigma = np.sqrt(np.diag(Q))
-    correlation = Q / np.outer(sigma, sigma)
+    correlation = Q / np.outer(*(np.where(sigma == 0, np.inf, sigma),) * 2)
     pairs = np.argwhere(np.triu(np.abs(correlation) > limit, k=1)).tolist()
     return tuple((names[i], names[j], float(correlation[i, j])) for i, j in pairs)
 

@@ -20,7 +20,7 @@ GRAZING_SINE = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class RayJacobians:
-    """dP = C de + J dx + h dH of n points: C (n, 3, 6), J (n, 3, 2) [m/mm], h (n, 3); NaN where a ray is level."""
+    """dP = C de + J dx + h dH of n points: C (n, 3, u), J (n, 3, 2) [m/mm], h (n, 3); NaN where a ray is level."""
 
     C: FloatArray
     J: FloatArray
@@ -99,7 +99,8 @@ def ground_covariance(
 ) -> GroundCovariance:
     """K = C Q C', J Q_x J', h sigma_H^2 h': the three parts of the covariance of the ground points.
 
-    `element_covariance` (6, 6) full, in rad and m; `reading_covariance` (n, 2, 2) [mm^2]; `height_variance` (n,) [m^2].
+    `element_covariance` (u, u) full: six elements in rad and m, then those of the camera;
+    `reading_covariance` (n, 2, 2) [mm^2]; `height_variance` (n,) [m^2].
     Never use the diagonal of Q alone: position and rotation are strongly correlated (seed 003, last recommendation).
     """
     F = covariance_factor(jacobians, element_covariance)
@@ -109,7 +110,7 @@ def ground_covariance(
 
 
 def covariance_factor(jacobians: RayJacobians, element_covariance: FloatArray) -> FloatArray:
-    """F_i = C_i L with L L' = Q (n, 3, 6): the covariance between points i and j through the orientation is F_i F_j'.
+    """F_i = C_i L with L L' = Q (n, 3, u): the covariance between points i and j through the orientation is F_i F_j'.
 
     The factor loses no digits to the strong correlations of Q, and serves all n^2 pairs.
     """

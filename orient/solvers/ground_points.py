@@ -42,9 +42,9 @@ class PointTriangles:
 
 @dataclass(frozen=True, slots=True)
 class PointCofactors:
-    """`with_elements` (n, 9, 9): of the six elements together with each point P_i; `own` (n, 3, 3): of p_i alone.
+    """`with_elements` (n, u+3, u+3): of the u elements together with each point P_i; `own` (n, 3, 3): of p_i alone.
 
-    `with_common` (n, 9, q): of these with the common unknowns z. `by_rim` (n, 3, q+6): dp_i by z and the elements.
+    `with_common` (n, u+3, q): of these with the common unknowns z. `by_rim` (n, 3, q+u): dp_i by z and the elements.
     """
 
     with_elements: FloatArray
@@ -106,9 +106,9 @@ def point_corrections(triangles: PointTriangles, scaled_corrections: FloatArray,
 def point_cofactors(
     triangles: PointTriangles, scales: FloatArray, Q: FloatArray, known: GroundKnowledge, by_common: FloatArray
 ) -> PointCofactors:
-    """Cofactors of the points from those, `Q` (q+6, q+6), of the common unknowns z and the elements.
+    """Cofactors of the points from those, `Q` (q+u, q+u), of the common unknowns z and the u elements.
 
-    P_i = given + by_common_i z + p_i, dp = -D R_P^-1 (R_rim d(z, e) + rho); `by_common` (n, 3, q); `scales` (q+6,).
+    P_i = given + by_common_i z + p_i, dp = -D R_P^-1 (R_rim d(z, e) + rho); `by_common` (n, 3, q); `scales` (q+u,).
     """
     points, q = known.unknown, by_common.shape[2]
     D = known.free[points]
@@ -117,13 +117,14 @@ def point_cofactors(
     whole = own.copy()
     whole[:, :, :q] += by_common
     inverse = D @ _solved(triangles.R_P, np.broadcast_to(np.eye(3), D.shape))
-    joint = np.zeros((len(known.given), 9, 9))
-    joint[:, :6, :6] = Q[q:, q:]
-    joint[:, 6:, :6] = whole @ Q[:, q:]
-    joint[:, :6, 6:] = joint[:, 6:, :6].transpose(0, 2, 1)
-    joint[:, 6:, 6:] = whole @ Q @ whole.transpose(0, 2, 1)
+    u = len(Q) - q
+    joint = np.zeros((len(known.given), u + 3, u + 3))
+    joint[:, :u, :u] = Q[q:, q:]
+    joint[:, u:, :u] = whole @ Q[:, q:]
+    joint[:, :u, u:] = joint[:, u:, :u].transpose(0, 2, 1)
+    joint[:, u:, u:] = whole @ Q @ whole.transpose(0, 2, 1)
     of_own = own @ Q @ own.transpose(0, 2, 1)
-    for cofactor in (joint[:, 6:, 6:], of_own):
+    for cofactor in (joint[:, u:, u:], of_own):
         cofactor[points] += inverse @ inverse.transpose(0, 2, 1)
     with_common = np.concatenate([np.broadcast_to(Q[q:, :q], (len(whole), len(Q) - q, q)), whole @ Q[:, :q]], axis=1)
     return PointCofactors(joint, of_own, with_common, own)

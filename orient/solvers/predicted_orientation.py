@@ -109,6 +109,6 @@ def _singular(photo: PlannedPhoto) -> GeometryError:
     free = undetermined_combination(linear, ELEMENTS)
     return GeometryError(
         f"The layout does not determine the orientation. Undetermined: {free} (angles in rad, lengths in units of "
-        f"{linear.scales[3]:.6g} m).",
+        f"{linear.distance:.6g} m).",
         "Add a point away from the others; three points and the camera must not lie on one upright cylinder.",
     )

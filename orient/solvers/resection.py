@@ -9,13 +9,16 @@ from numpy.typing import NDArray
 from orient.errors import GeometryError
 from orient.geometry.collinearity import image_ray, project
 from orient.solvers import functional_iteration
+from orient.solvers.camera_unknowns import CameraUnknowns, separability
 from orient.solvers.common_unknowns import CommonUnknowns, whitened
+from orient.solvers.element_observations import ElementObservation, Misclosure
 from orient.solvers.engines import Engine
-from orient.solvers.functional_iteration import Termination
+from orient.solvers.functional_iteration import Iterated, Step, Termination, condition_ratio
 from orient.solvers.ground_points import ground_knowledge, onto_rays, undetermined_points
 from orient.solvers.resection_checks import check_control
-from orient.solvers.resection_problem import Orientation, ResectionProblem
+from orient.solvers.resection_problem import Orientation, ResectionEquations, ResectionProblem
 from orient.solvers.resection_result import (
+    INSEPARABLE,
     NO_HEIGHT,
     WEAK_HEIGHT,
     Alternative,
@@ -26,7 +29,7 @@ from orient.solvers.resection_result import (
     resection_result,
 )
 from orient.solvers.resection_starts import is_same_place, starts_and_ends
-from orient.solvers.start_values import Candidate, distinct, start_candidates
+from orient.solvers.start_values import Candidate, Method, distinct, start_candidates
 
 __all__ = ["Alternative", "IterationRecord", "Resection", "resect"]
 
@@ -52,6 +55,10 @@ def resect(
     common: CommonUnknowns | None = None,
     start_mask: BoolArray | None = None,
     approximate_station: FloatArray | None = None,
+    fixed_station: FloatArray | None = None,
+    observed: Sequence[ElementObservation] = (),
+    interior: CameraUnknowns | None = None,
+    start: tuple[FloatArray, FloatArray] | None = None,
     camera_above: FloatArray | None = None,
     names: Sequence[str] | None = None,
     sigma0_mm: float = 0.0,
@@ -59,7 +66,7 @@ def resect(
     tolerance: float = 1e-10,
     max_iterations: int = 50,
 ) -> Resection:
-    """v = B_e de + B_p (G dc + dp) + L, v_p = dp + t, v_c = dc + c, v'Pv -> min: orientation R, S from control points.
+    """v = B_e de + B_p (G dc + dp) - H dc + L, v_p = dp + t, v_c = dc + c, v'Pv -> min: R, S from control points.
 
     `image` (n, 2) [mm] refined, principal point at 0; `image_cofactor` (n, 2, 2) = covariance / sigma0^2; `ground`
     (n, 3) [m], right-handed; `ground_free` D (n, 3, 3): projector onto the unknown directions of each point (zeros:
@@ -70,6 +77,12 @@ def resect(
     `start_mask` (n,): points with three known coordinates, by default those whose D has no part without weight.
     `camera_above` (3,): up vector; the camera must then be above the mean ground. `names` only serve the messages.
     `engine`: Algorithm Z with the last steps by QR, or QR throughout.
+    `fixed_station` (3,): the projection centre, known without error. `observed`: coordinates of the station or angles
+    that are known with a standard deviation. `interior`: elements of the camera that are unknowns too, with or without
+    a standard deviation a priori; v is then that of `orient.geometry.camera`, and `image` and `f_mm` (of the camera a
+    priori) only serve the start. They are released when the orientation with the given camera is found. An element
+    without standard deviation that the others explain (f and the height over flat ground) ends in SINGULAR.
+    `start` (R, S): an orientation from which alone the adjustment begins.
 
     `sigma0_mm`: standard deviation of unit weight a priori, by which two fits are told apart; 0: by their ratio alone.
 
@@ -79,30 +92,57 @@ def resect(
     `starts` and `ends` are all that was tried and where it led.
     Without a valid one the best is returned with its termination. Control that cannot determine a photo at all
     (fewer than three full points, points on a line, coinciding points) raises GeometryError.
-    r = 2n + rank W + rank C - 6 - rank D - rank C. Source: seed 004, equations (3)-(5) corrected, with ground
-    observations.
+    r = 2n + rank W + rank C + known elements - unknown elements - rank D - rank C. Source: seed 004, equations (3)-(5)
+    corrected, with ground observations.
     """
     names = names or [str(i + 1) for i in range(len(image))]
     known = ground_knowledge(ground, ground_free, ground_weight)
     full = known.free_rank == known.weight_rank
     full = full if start_mask is None else full & start_mask
-    check_control(image, image_cofactor, known, full, names)
     origin = ground.mean(axis=0)
-    shared = whitened(common, len(image))
-    problem = ResectionProblem(image, image_cofactor, replace(known, given=ground - origin), f_mm, shared, engine)
+    problem = ResectionProblem(
+        image=image,
+        image_cofactor=image_cofactor,
+        known=replace(known, given=ground - origin),
+        f_mm=f_mm,
+        shared=whitened(common, len(image)),
+        engine=engine,
+        interior=interior,
+        observed=[replace(one, misclosure=_about(one.misclosure, origin)) for one in observed],
+        is_station_fixed=fixed_station is not None,
+    )
+    check_control(image, image_cofactor, known, full, names, len(problem.unknowns), problem.n_known)
     task = Task(problem, origin, full, camera_above, names, tolerance, max_iterations, sigma0_mm)
-    near = None if approximate_station is None else approximate_station - origin
-    starts = start_candidates(image[full], problem.known.given[full], f_mm, near)
-    if not starts:
-        raise GeometryError(
-            "No three control points give a start: every triangle is nearly a line.",
-            "Measure control points that are spread over the photo.",
-        )
+    near = approximate_station if fixed_station is None else fixed_station
+    near = None if near is None else near - origin
+    starts = _starts(task, near, start)
     worth = _worth_refining(task, starts)
     refined = [_refined(task, candidate) for candidate in worth]
     best, alternatives = _choose(task, refined, near)
     tried, ends = starts_and_ends(task, starts, worth, refined, best, alternatives)
     return resection_result(task, best, alternatives, tried, ends)
+
+
+def _about(misclosure: Misclosure, origin: FloatArray) -> Misclosure:
+    """The same observation for a station that is counted from `origin`."""
+    return lambda rotation, station: misclosure(rotation, station + origin)
+
+
+def _starts(task: Task, near: FloatArray | None, start: tuple[FloatArray, FloatArray] | None) -> list[Candidate]:
+    """The given start alone, the rotation at a fixed station, or what three points each say."""
+    if start is not None:
+        station, n = start[1] - task.origin, int(task.full.sum())
+        return [Candidate(start[0], station, 0.0, n, all_in_front=True, triple=(), method=Method.GIVEN)]
+    problem, full = task.problem, task.full
+    starts = start_candidates(problem.image[full], problem.known.given[full], problem.f_mm, near)
+    if problem.is_station_fixed:
+        starts = [one for one in starts if one.method is Method.STATION and not one.is_reversed][:1]
+    if not starts:
+        raise GeometryError(
+            "No three control points give a start: every triangle is nearly a line.",
+            "Measure control points that are spread over the photo.",
+        )
+    return starts
 
 
 def _worth_refining(task: Task, starts: Sequence[Candidate]) -> list[Candidate]:
@@ -126,11 +166,44 @@ def _refined(task: Task, candidate: Candidate) -> tuple[Refined, Termination]:
     rays = image_ray(problem.image, candidate.rotation, problem.f_mm)
     ground = onto_rays(problem.known, ~task.full, candidate.station, rays)
     start = Orientation(candidate.rotation, candidate.station, ground, np.zeros(problem.common.rank))
+    if problem.interior is None:
+        iterated = _iterated(task, problem, start)
+        return iterated, _termination(task, iterated)
+    given_camera = replace(problem, interior=problem.interior.without())
+    first = _iterated(task, given_camera, start)
+    if first.termination is not Termination.CONVERGED:
+        first = replace(first, state=start, steps=())
+    released = replace(first.state, camera=problem.interior.apriori)
+    linear = problem.linearise(released)
+    steps = tuple(_with_known_camera(step, problem.interior.apriori) for step in first.steps)
+    if first.termination is Termination.CONVERGED and _is_inseparable(problem, linear):
+        iterated = Iterated(Termination.SINGULAR, released, linear, condition_ratio(linear.triangle), steps)
+        return iterated, Termination.SINGULAR
+    iterated = _iterated(task, problem, released)
+    iterated = replace(iterated, steps=(*steps, *iterated.steps))
+    return iterated, _termination(task, iterated)
+
+
+def _iterated(task: Task, problem: ResectionProblem, start: Orientation) -> Refined:
     polish = None if problem.engine is Engine.QR else replace(problem, engine=Engine.QR)
-    iterated = functional_iteration.iterate(
+    return functional_iteration.iterate(
         problem, start, polish=polish, tolerance=task.tolerance, max_iterations=task.max_iterations
     )
-    return iterated, _termination(task, iterated)
+
+
+def _with_known_camera(step: Step[Orientation], camera: FloatArray) -> Step[Orientation]:
+    """A step before the camera was released: its elements had their values a priori and were not corrected."""
+    corrections = np.concatenate([step.corrections, np.zeros(len(camera))])
+    return replace(step, state=replace(step.state, camera=camera), corrections=corrections)
+
+
+def _is_inseparable(problem: ResectionProblem, linear: ResectionEquations) -> bool:
+    """Is there an element of the camera, free of any knowledge a priori, that all the others explain?"""
+    if problem.interior is None or not np.isfinite(linear.vPv):
+        return False
+    free = np.flatnonzero(np.isinf(problem.interior.cofactors))
+    first = len(problem.unknowns) - len(problem.interior.names)
+    return bool(np.any(separability(linear.triangle)[first + free] < INSEPARABLE))
 
 
 def _termination(task: Task, iterated: Refined) -> Termination:
@@ -139,6 +212,8 @@ def _termination(task: Task, iterated: Refined) -> Termination:
         return Termination.SINGULAR
     if not converged:
         return iterated.termination
+    if _is_inseparable(task.problem, iterated.linear):
+        return Termination.SINGULAR
     if np.any(project(state.ground, state.station, state.rotation, task.problem.f_mm)[1] >= 0):
         return Termination.BEHIND_CAMERA
     if task.camera_above is not None and task.camera_above @ (state.station - state.ground.mean(axis=0)) <= 0:

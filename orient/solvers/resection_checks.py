@@ -17,9 +17,18 @@ POINTS_NEEDED = 3
 
 
 def check_control(
-    image: FloatArray, image_cofactor: FloatArray, known: GroundKnowledge, full: BoolArray, names: Sequence[str]
+    image: FloatArray,
+    image_cofactor: FloatArray,
+    known: GroundKnowledge,
+    full: BoolArray,
+    names: Sequence[str],
+    n_elements: int = 6,
+    n_known: int = 0,
 ) -> None:
-    """Refuse, naming the points: non-finite numbers, unknown points, coinciding points, points on a line, too few."""
+    """Refuse, naming the points: non-finite numbers, unknown points, coinciding points, points on a line, too few.
+
+    `n_elements` are unknown, `n_known` equations say what is known of them.
+    """
     _check_numbers(image, image_cofactor, known, names)
     _check_known(known, names)
     if np.count_nonzero(full) < POINTS_NEEDED:
@@ -32,11 +41,11 @@ def check_control(
     _check_coinciding(known.given[full], full_names, "on the ground")
     _check_line(known.given[full], "on a line", "m")
     _check_line(image[full], "on a line in the photo", "mm")
-    missing = 6 + int(known.free_rank.sum()) - 2 * len(image) - int(known.weight_rank.sum())
-    if missing > 0:
+    equations = 2 * len(image) + int(known.weight_rank.sum()) + n_known
+    unknowns = n_elements + int(known.free_rank.sum())
+    if unknowns > equations:
         raise GeometryError(
-            f"The resection lacks {missing} equations: {2 * len(image) + int(known.weight_rank.sum())} equations for "
-            f"{6 + int(known.free_rank.sum())} unknowns.",
+            f"The resection lacks {unknowns - equations} equations: {equations} equations for {unknowns} unknowns.",
             "Measure more control points in the photo.",
         )
 

@@ -41,7 +41,7 @@ def starts_and_ends(
 def is_same_place(one: Refined, other: Refined) -> bool:
     """Are two ends the same orientation: within 1e-5 rad, and 1e-5 of the distance to the ground?"""
     turned = np.linalg.norm(one.state.rotation - other.state.rotation)
-    moved = np.linalg.norm(one.state.station - other.state.station) / other.linear.scales[3]
+    moved = np.linalg.norm(one.state.station - other.state.station) / other.linear.distance
     return bool(max(turned, moved) <= SAME_SOLUTION)
 
 
@@ -61,7 +61,7 @@ def _end(task: Task, trial: Trial, is_as_good: bool) -> End:
     iterated, termination = trial
     state = iterated.state
     with np.errstate(all="ignore"):
-        zs = project(state.ground, state.station, state.rotation, task.problem.f_mm)[1]
+        zs = project(state.ground, state.station, state.rotation, task.problem.focal_length(state))[1]
     return End(
         rotation=state.rotation,
         station=state.station + task.origin,

@@ -33,6 +33,7 @@ class Method(StrEnum):
     DIRECT_LINEAR = "direct linear"
     PLANE = "plane"
     STATION = "approximate station"
+    GIVEN = "given orientation"
 
 
 @dataclass(frozen=True, slots=True)

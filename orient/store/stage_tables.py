@@ -4,7 +4,14 @@ TEST_TABLES = ("adjustment_test", "observation_test", "point_test", "exclusion")
 """Tables that every stage with an adjustment by points writes."""
 
 STAGE_TABLES: dict[str, tuple[str, ...]] = {
-    "photo": ("photo", "distortion_coefficient", "distortion_radial", "fiducial_mark"),
+    "photo": (
+        "photo",
+        "distortion_coefficient",
+        "camera_sigma",
+        "distortion_radial",
+        "fiducial_mark",
+        "known_element",
+    ),
     "readings": ("comparator_reading",),
     "sheet": ("map_sheet", "graticule_cross", "digitizer_reading"),
     "control": ("control_point", "control_system"),
@@ -43,6 +50,11 @@ STAGE_TABLES: dict[str, tuple[str, ...]] = {
         "source_cofactor",
         "start_candidate",
         "resection_solution",
+        "adjusted_camera",
+        "camera_element",
+        "camera_equation",
+        "known_residual",
+        "calibration_step",
     ),
     "covariance": (
         "ground_covariance",

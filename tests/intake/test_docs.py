@@ -20,6 +20,7 @@ def test_the_examples_are_a_project(tmp_path: Path) -> None:
     assert counts == {
         "photo": 1,
         "distortion_coefficient": 5,
+        "known_element": 4,
         "fiducial_mark": 4,
         "comparator_reading": 7,
         "map_sheet": 1,

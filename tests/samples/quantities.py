@@ -20,6 +20,7 @@ KEYS = {
     "absolute_orientation": ("zone",),
     "absolute_element": ("zone", "view", "unknown"),
     "model_ground_point": ("zone", "point"),
+    "camera_element": ("unknown",),
 }
 
 
@@ -75,14 +76,14 @@ class Lookup:
     def _sigma(self, words: list[str]) -> float:
         if len(words) == 3:
             return self._angle(words, "sigma_deg")
-        covariance = self._station_covariance(in_geocentric_axes=words[0] == "geocentric")
+        covariance = self.station_covariance(in_geocentric_axes=words[0] == "geocentric")
         axis = "XYZ".index(words[-1][0])
         return math.sqrt(covariance[axis, axis])
 
-    def _station_covariance(self, in_geocentric_axes: bool) -> np.ndarray:
+    def station_covariance(self, in_geocentric_axes: bool) -> np.ndarray:
         resection = self.tables["resection"]
         packed = [row["value"] for row in resection["cofactor"] if row["unknowns"] == "rotation"]
-        stored = float(resection["orientation"][0]["variance_scale"]) * unpack_upper(np.array(packed))[3:, 3:]  # type: ignore[arg-type]
+        stored = float(resection["orientation"][0]["variance_scale"]) * unpack_upper(np.array(packed))[3:6, 3:6]  # type: ignore[arg-type]
         if not in_geocentric_axes:
             return stored
         ground = ground_of(self.tables["photo"]["photo"][0])

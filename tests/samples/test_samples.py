@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from orient.intake.options import ReadOptions
@@ -54,7 +55,33 @@ def with_known_interior(path: Path) -> None:
     run_all(path)
 
 
+def orient_engabreen(estimate: str, *, photo: str = "", readings: str = "") -> Callable[[Path], None]:
+    """Another photo.toml or list of readings first, where one is named; then the camera is estimated."""
+
+    def compute(path: Path) -> None:
+        for stage, name in (("photo", photo), ("readings", readings)):
+            if name:
+                tables = read_input(stage, [SAMPLES / "engabreen" / name], OPTIONS, photo_facts(path))
+                add_input(path, tables, "the other file of the sample")
+        run_all(path)
+        assert run_stage(path, "resection", {"estimate": estimate}, "test").failed is False
+
+    return compute
+
+
+ENGABREEN_CASES = (
+    Case("engabreen", "expected.json", orient_engabreen("f,k1")),
+    Case("engabreen", "expected_no_distortion.json", orient_engabreen("f")),
+    Case("engabreen", "expected_station_fixed.json", orient_engabreen("f,k1", photo="photo_station_fixed.toml")),
+    Case("engabreen", "expected_affinity.json", orient_engabreen("f,k1,b1", photo="photo_station_fixed.toml")),
+    Case(
+        "engabreen",
+        "expected_as_published.json",
+        orient_engabreen("f,k1,b1", photo="photo_station_fixed.toml", readings="readings_as_published.csv"),
+    ),
+)
 CASES = (
+    *ENGABREEN_CASES,
     Case("apollo15-metric-0585"),
     Case(
         "apollo15-metric-0585",
@@ -91,6 +118,19 @@ def test_sample_meets_its_expected_values(case: Case, tmp_path: Path) -> None:
         if not math.isclose(found, entry["value"], rel_tol=1e-15, abs_tol=entry["tolerance"]):
             misses.append(f"{entry['quantity']}: {found!r}, expected {entry['value']} +- {entry['tolerance']}")
     assert misses == []
+
+
+def test_engabreen_finds_the_gnss_station_within_its_sigmas(tmp_path: Path) -> None:
+    """Each coordinate within two standard deviations; the sample's README says what the three together tell."""
+    path = tmp_path / "photo.sqlite"
+    create(path, read_project(SAMPLES / "engabreen", OPTIONS), "test")
+    orient_engabreen("f,k1")(path)
+    with open_project(path, "read") as project:
+        lookup = Lookup(project)
+    station = np.array([lookup("resection", f"{axis}_S_m") for axis in "XYZ"])
+    apart = station - [446722.0, 7396671.0, 770.0]
+    sigmas = [lookup("resection", f"sigma.{axis}_S_m") for axis in "XYZ"]
+    assert np.all(np.abs(apart) < 2 * np.array(sigmas))
 
 
 def test_every_sample_is_run() -> None:
