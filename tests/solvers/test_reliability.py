@@ -6,7 +6,7 @@ from scipy.special import betainc, nctdtr
 
 from orient.geometry.rotation import rotation_exp
 from orient.solvers.common_unknowns import CommonUnknowns, whitened
-from orient.solvers.critical_values import DELTA0, W_CRITICAL, global_test, tau_limits, w_limits
+from orient.solvers.critical_values import DELTA0, W_CRITICAL, chance, global_test, tau_limits, w_limits
 from orient.solvers.ground_covariance import ray_at_height
 from orient.solvers.ground_points import ground_knowledge
 from orient.solvers.reliability import (
@@ -229,3 +229,11 @@ def test_probes_of_a_large_photo_cover_it() -> None:
     chosen = image[far_apart(image)]
     assert len(chosen) == 60
     assert np.max(np.min(np.linalg.norm(image[:, None] - chosen[None], axis=2), axis=1)) < 25.0
+
+
+@pytest.mark.parametrize("r", [3, 18, 432])
+def test_chance_of_the_limit_is_alpha0(r: int) -> None:
+    assert chance(W_CRITICAL, w_limits(1.0), r) == pytest.approx(0.001)
+    limits = tau_limits(float(r), r)
+    assert chance(limits.critical, limits, r) == pytest.approx(0.001)
+    assert chance(np.sqrt(r) + 1.0, limits, r) == 0.0
