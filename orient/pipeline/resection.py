@@ -105,10 +105,12 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     findings = resection_findings(found, frame, control.points, sigma0) if found.termination == "CONVERGED" else []
     # that it is ambiguous is then the refusal itself
     events += [*judged.events, *(event for event in findings if not judged.error or event.code != "ambiguous")]
-    if judged.error:
-        return Outcome(traces, events, error=judged.error, hint=judged.hint)
-    use_posteriori = settings["variance"] == "posteriori" and found.redundancy > 0
     tested, remarks = test_tables(task, chosen)
+    if judged.error:
+        suspected = {"exclusion": tested["exclusion"]}
+        hint = _suspicion(tested["exclusion"]) or judged.hint
+        return Outcome({**traces, **suspected}, [*events, *remarks], error=judged.error, hint=hint)
+    use_posteriori = settings["variance"] == "posteriori" and found.redundancy > 0
     chain = replace(chosen.solved.chain, sheets=sheet_errors(control.rows, inputs.get("digitize", {}), frame))
     k = chain.interior_unknowns
     cofactors = np.diagonal(found.joint_cofactors)[6:]
@@ -122,6 +124,15 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
         "source_cofactor": source_cofactor_rows(found, chain, frame),
     }
     return Outcome({**results, **adjusted, **tested, **traces}, [*events, *remarks], _summary(found, sigma0, chosen))
+
+
+def _suspicion(exclusions: Sequence[Row]) -> str:
+    """What the snooping proposes, as the remedy of an orientation that does not fit."""
+    named = [str(row["point"]) for row in exclusions if row["action"] == "proposed"][:NAMED]
+    if not named:
+        return ""
+    be, them = ("is", "it") if len(named) == 1 else ("are", "them")
+    return f"{', '.join(named)} {be} suspected of a gross error: leave {them} out with --reject, or try --robust"
 
 
 def _moved(points: Observations, chain: Chain, in_photo: Sequence[Row]) -> Observations:
