@@ -88,7 +88,7 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     _require_enough(control)
     check_line(control.ground[control.known == "XYZ"])
     sigma0 = required(photo, "sigma_image_mm")
-    chain = _chain(control, inputs, frame, ground, sigma0, settings)
+    chain = chain_of(control, inputs, frame, ground, sigma0, settings)
 
     def adjust(keep: Sequence[int]) -> Solved:
         return _solve(photo, ground, frame, control.at(keep), chain.at(keep), settings)
@@ -140,7 +140,7 @@ def _moved(points: Observations, chain: Chain, in_photo: Sequence[Row]) -> Obser
     return replace(points, image=points.image + image_shift(chain.interior, in_photo, points.comparator))
 
 
-def _chain(
+def chain_of(
     control: Observations, inputs: Mapping[str, Tables], frame: Frame, ground: Ground, sigma0: float, settings: Settings
 ) -> Chain:
     """Everything behind the coordinates of the control points that a setting does not take as known."""

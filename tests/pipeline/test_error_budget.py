@@ -115,7 +115,7 @@ def errorless(folder: Path) -> Errorless:
     frame = frame_of(tables["topocentric"]["topocentric_frame"][0], ground)
     seen, _ = resection.observations(tables["refine"], tables["topocentric"])
     control = seen.only("control")
-    chain = resection._chain(control, tables, frame, ground, 0.004, settings("resection"))
+    chain = resection.chain_of(control, tables, frame, ground, 0.004, settings("resection"))
     found = resection._solve(photo, ground, frame, control, chain, settings("resection")).found
     return Errorless(tables, frame, found, control, seen)
 
