@@ -1409,7 +1409,7 @@ class FocalSum(Base):
     focal_sum: Mapped[float] = real("sum of the elements of K^(f,c): zero but for rounding")
     focal_largest: Mapped[float] = real("largest absolute element of K^(f,c)")
     layout_sum: Mapped[float] = real("sum of the elements of K^(xi,eta): K by the seed")
-    rigorous: Mapped[float] = real("K of the resection in the same unit")
+    rigorous: Mapped[float] = real("K of the resection with its interior orientation known, in the same unit")
 
 
 class ErrorBudget(Base):

@@ -15,9 +15,9 @@ from orient.pipeline.element_use import use_rows
 from orient.pipeline.frames import Frame, frame_of
 from orient.pipeline.ground import ground_of
 from orient.pipeline.ground_accuracy import frame_places, map_rows
-from orient.pipeline.ground_budget import budget_rows
+from orient.pipeline.ground_budget import ELEMENTS, budget_rows
 from orient.pipeline.normal_case import Case, normal_case_tables
-from orient.pipeline.oriented import ELEMENTS, Oriented, oriented_by
+from orient.pipeline.oriented import Oriented, oriented_by
 from orient.pipeline.plan_covariance import (
     PlanCovariance,
     ground_columns,
@@ -100,9 +100,14 @@ def _map_rows(photo: Row, meeting: Meeting, oriented: Oriented, frame: Frame, se
 
 
 def _case(resection: Tables, meeting: Meeting, oriented: Oriented, plan: PlanCovariance) -> Case:
-    """What seed 003 asks of the photo; flat ground is flat in the Cartesian Z of T', curvature counts as relief."""
+    """What seed 003 asks of the photo; flat ground is flat in the Cartesian Z of T', curvature counts as relief.
+
+    The seed takes the interior orientation as known: its formulas are compared with K under this condition.
+    """
     seen = meeting.seen.at(meeting.met)
-    in_image = plan.in_image(plan.orientation)
+    C = meeting.plan_partials[:, :, :ELEMENTS]
+    elements = oriented.variance_scale * oriented.rays.with_known_interior
+    in_image = plan.in_image(np.asarray(C @ elements @ C.transpose(0, 2, 1)))
     return Case(
         control=columns([row for row in resection["image_residual"] if row["role"] == "control"], "x_mm", "y_mm"),
         points=seen.points,

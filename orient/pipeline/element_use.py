@@ -5,7 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from orient.geometry.rotation import aok_by_rotation, near_blind_aok, opk_by_rotation
-from orient.pipeline.oriented import ELEMENTS, Oriented
+from orient.pipeline.ground_budget import ELEMENTS
+from orient.pipeline.oriented import Oriented
 from orient.pipeline.tables import Array
 from orient.solvers.ground_covariance import symmetric_factor
 from orient.solvers.mishchenko import variance_of_uses

@@ -9,6 +9,7 @@ from orient.values import Event, Row, Scalar, Settings, Severity
 NAMED = 3
 """Suspects that one sentence names; the table holds all of them."""
 
+SURPRISE = 0.05
 EVENTS: Mapping[str, tuple[Severity, str, str]] = {
     "excluded": ("info", "excluded", "left out"),
     "taken back": ("info", "taken_back", "it takes part again"),
@@ -85,14 +86,18 @@ def numbered(rows: Sequence[Row]) -> list[Row]:
     return [{"seq": seq, **row} for seq, row in enumerate(rows, 1)]
 
 
-def snooping_events(rows: Sequence[Row]) -> list[Event]:
-    """What a reader must know of the decisions of the snooping; proposals stand in one sentence."""
+def snooping_events(rows: Sequence[Row], surprise: float) -> list[Event]:
+    """What a reader must know of the decisions of the snooping; proposals stand in one sentence.
+
+    `surprise`: chance that the largest statistic of all tests together is so large without any gross error. One that
+    is no surprise among so many tests is a remark, not a warning.
+    """
     proposed = [row for row in rows if row["action"] == "proposed"]
     others = [row for row in rows if row["decided_by"] == "snooping" and row["action"] != "proposed"]
-    return [*_proposals(proposed), *(_event(row) for row in others)]
+    return [*_proposals(proposed, surprise), *(_event(row) for row in others)]
 
 
-def _proposals(rows: Sequence[Row]) -> list[Event]:
+def _proposals(rows: Sequence[Row], surprise: float) -> list[Event]:
     if not rows:
         return []
     told = [f"{row['point']} ({row['reason']})" for row in rows[:NAMED]]
@@ -100,7 +105,10 @@ def _proposals(rows: Sequence[Row]) -> list[Event]:
     be = "is" if len(rows) == 1 else "are"
     subject = ", ".join(str(row["point"]) for row in rows)
     message = f"{', '.join(told)}{more} {be} suspected of a gross error and kept"
-    return [Event("warning", "suspect", subject, message, _number(rows[0]))]
+    if surprise < SURPRISE:
+        return [Event("warning", "suspect", subject, message, _number(rows[0]))]
+    message += f"; with so many tests a good photo shows one in {100 * surprise:.0f} % of the cases"
+    return [Event("info", "suspect", subject, message, _number(rows[0]))]
 
 
 def _event(row: Row) -> Event:

@@ -21,6 +21,7 @@ from orient.pipeline.tables import Array, group, required, single
 from orient.solvers.packed import unpack_upper
 from orient.values import Row, Tables
 
+ELEMENTS = 6
 PHOTO, POINT = "photo", "point"
 PARTS = ("XX", "XY", "YY")
 Rows = list[dict[str, str | int | float | None]]
@@ -59,6 +60,15 @@ class RayUnknowns:
     interior: InteriorUnknowns | None
     adjusted: Sequence[Row]
     camera: tuple[Camera, tuple[str, ...]] | None = None
+
+    @property
+    def with_known_interior(self) -> Array:
+        """(6, 6) cofactors of the elements if camera and interior orientation were known: Q_ee - Q_ec Q_cc^-1 Q_ce."""
+        e, c = slice(0, ELEMENTS), slice(ELEMENTS, None)
+        Q = self.cofactor
+        scale = np.sqrt(np.diag(Q)[c])
+        of_c, across = Q[c, c] / np.outer(scale, scale), Q[e, c] / scale
+        return np.asarray(Q[e, e] - across @ np.linalg.solve(of_c, across.T))
 
     def seen(self, image: Array, comparator: Array, measured: Measured) -> SeenImage:
         """Readings through the adjusted interior orientation and the adjusted camera.

@@ -6,12 +6,10 @@ import numpy as np
 
 from orient.geometry.rotation import matrix_from_quaternion
 from orient.pipeline.frames import Frame
-from orient.pipeline.ground_budget import RayUnknowns, ray_unknowns_of
+from orient.pipeline.ground_budget import ELEMENTS, RayUnknowns, ray_unknowns_of
 from orient.pipeline.tables import Array, columns, required, single
 from orient.solvers.packed import unpack_upper
 from orient.values import Tables
-
-ELEMENTS = 6
 
 
 @dataclass(frozen=True, slots=True)

@@ -103,7 +103,8 @@ class Assignment:
 def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     """Outcome with orientation, cofactors, iterations, equations and residuals."""
     work, check, events = _assignment(inputs, settings)
-    task, chosen, calibration = _chosen(work, _chain(work, inputs))
+    chain = chain_of(work.control, inputs, work.frame, work.ground, work.sigma0, settings)
+    task, chosen, calibration = _chosen(work, chain)
     control, found, chain = chosen.solved.control, chosen.solved.found, chosen.solved.chain
     frame, sigma0 = work.frame, work.sigma0
     full = np.flatnonzero(control.known == "XYZ").tolist()
@@ -117,19 +118,21 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     findings = resection_findings(found, frame, control.points, sigma0) if found.termination == "CONVERGED" else []
     # that it is ambiguous is then the refusal itself
     events += [*judged.events, *(event for event in findings if not judged.error or event.code != "ambiguous")]
+    tested, remarks = test_tables(task, chosen)
     if judged.error:
-        return Outcome(traces, events, error=judged.error, hint=judged.hint)
-    results, remarks = _results(work, inputs, task, chosen, check)
-    return Outcome({**results, **traces}, [*events, *remarks], _summary(found, sigma0, chosen))
+        suspected = {"exclusion": tested["exclusion"]}
+        hint = _suspicion(tested["exclusion"]) or judged.hint
+        return Outcome({**traces, **suspected}, [*events, *remarks], error=judged.error, hint=hint)
+    results, told = _results(work, inputs, chosen, check)
+    return Outcome({**results, **tested, **traces}, [*events, *remarks, *told], _summary(found, sigma0, chosen))
 
 
 def _results(
-    work: Assignment, inputs: Mapping[str, Tables], task: Task, chosen: Chosen, check: Observations
+    work: Assignment, inputs: Mapping[str, Tables], chosen: Chosen, check: Observations
 ) -> tuple[Tables, list[Event]]:
-    """All tables of an adjustment that is a result, and what they tell."""
+    """The tables of an adjustment that is a result but its tests, and what they tell."""
     found, control, frame, sigma0 = chosen.solved.found, chosen.solved.control, work.frame, work.sigma0
     use_posteriori = work.settings["variance"] == "posteriori" and found.redundancy > 0
-    tested, remarks = test_tables(task, chosen)
     chain = replace(chosen.solved.chain, sheets=sheet_errors(control.rows, inputs.get("digitize", {}), frame))
     k, elements = chain.interior_unknowns, len(found.unknowns)
     cofactors = np.diagonal(found.joint_cofactors)[elements:]
@@ -139,18 +142,17 @@ def _results(
     shares = found.known_redundancy[len(found.known_redundancy) - len(work.known.observations) :]
     known = known_residual_rows(work.known, found.rotation, found.station, shares)
     rename = partial(in_stored_names, frame=frame)
-    remarks += camera_events(found, chain.camera, work.photo, sigma0, use_posteriori, rename)
+    events = camera_events(found, chain.camera, work.photo, sigma0, use_posteriori, rename)
     tables: dict[str, Sequence[Row]] = {
         **results,
         **camera_tables(found, chain.camera, sigma0, use_posteriori),
-        **tested,
         "known_residual": known,
         "cofactor": [*results["cofactor"], *ray_cofactor_rows(found, chain, frame)],
         "adjusted_coefficient": adjusted_coefficient_rows(found.common[k:], cofactors[k:], chain.shared, sigma0),
         "adjusted_interior": in_photo,
         "source_cofactor": source_cofactor_rows(found, chain, frame),
     }
-    return tables, [*remarks, *known_events(known)]
+    return tables, [*events, *known_events(known)]
 
 
 def _assignment(inputs: Mapping[str, Tables], settings: Settings) -> tuple[Assignment, Observations, list[Event]]:
@@ -230,20 +232,31 @@ def _calibrated(work: Assignment, chain: Chain, inside: Sequence[int]) -> tuple[
     return found, replace(chain, camera=camera)
 
 
+def _suspicion(exclusions: Sequence[Row]) -> str:
+    """What the snooping proposes, as the remedy of an orientation that does not fit."""
+    named = [str(row["point"]) for row in exclusions if row["action"] == "proposed"][:NAMED]
+    if not named:
+        return ""
+    be, them = ("is", "it") if len(named) == 1 else ("are", "them")
+    return f"{', '.join(named)} {be} suspected of a gross error: leave {them} out with --reject, or try --robust"
+
+
 def _moved(points: Observations, chain: Chain, in_photo: Sequence[Row]) -> Observations:
     """Points that took no part, through the adjusted interior orientation."""
     return replace(points, image=points.image + image_shift(chain.interior, in_photo, points.comparator))
 
 
-def _chain(work: Assignment, inputs: Mapping[str, Tables]) -> Chain:
+def chain_of(
+    control: Observations, inputs: Mapping[str, Tables], frame: Frame, ground: Ground, sigma0: float, settings: Settings
+) -> Chain:
     """Everything behind the coordinates of the control points that a setting does not take as known."""
-    control, settings = work.control, work.settings
+    photo = single(inputs["photo"], "photo")
     return Chain(
         interior=None if settings["interior"] == "fixed" else interior_unknowns(inputs["refine"]),
-        shared=_shared(control, inputs.get("digitize", {}), work.frame, work.ground, settings),
+        shared=_shared(control, inputs.get("digitize", {}), frame, ground, settings),
         sheets=(),
-        sigma0=work.sigma0,
-        camera=camera_unknowns(work.photo, work.photo_tables, control.image_rows, settings, work.sigma0),
+        sigma0=sigma0,
+        camera=camera_unknowns(photo, inputs["photo"], control.image_rows, settings, sigma0),
     )
 
 

@@ -12,7 +12,7 @@ from orient.pipeline.resection_blunders import Chosen, Task, Tested
 from orient.pipeline.resection_rows import ROTATIONS, STATION
 from orient.pipeline.tables import Array, or_none
 from orient.pipeline.test_rows import adjustment_row, point_rows, verdict
-from orient.solvers.critical_values import ALPHA0
+from orient.solvers.critical_values import ALPHA0, chance
 from orient.solvers.reliability import BlockTests, block_statistic, most_correlated
 from orient.solvers.resection_reliability import IMAGE, far_apart, largest_ground_shift
 from orient.units import DEGREES_PER_RADIAN
@@ -39,7 +39,7 @@ class _Shifts:
 def test_tables(task: Task, chosen: Chosen) -> tuple[Tables, list[Event]]:
     """adjustment_test, observation_test, point_test, external_reliability, exclusion; and the findings."""
     exclusions = _exclusions(task, chosen)
-    events = snooping_events(exclusions)
+    events = snooping_events(exclusions, _surprise(chosen))
     if chosen.by_robust:
         events.append(_robust_event(task, chosen))
     tables: dict[str, Sequence[Row]] = {"exclusion": numbered(exclusions)}
@@ -54,6 +54,17 @@ def test_tables(task: Task, chosen: Chosen) -> tuple[Tables, list[Event]]:
     tables["point_test"] = point_rows("", names, T, freedom, found.redundancy, tested.limits)
     tables["external_reliability"] = _effect_rows(task, tested)
     return tables, [*events, *_unchecked(tables["observation_test"])]
+
+
+def _surprise(chosen: Chosen) -> float:
+    """Chance that any test of a good photo is as large as the largest one (Bonferroni)."""
+    if chosen.tested is None:
+        return 1.0
+    tested = chosen.tested
+    w = [np.abs(test.w[test.is_tested]) for test in tested.reliability.tests]
+    largest = max((float(values.max(initial=0.0)) for values in w), default=0.0)
+    tests = sum(len(values) for values in w)
+    return min(1.0, tests * chance(largest, tested.limits, tested.solved.found.redundancy)) if largest else 1.0
 
 
 def _exclusions(task: Task, chosen: Chosen) -> list[Row]:

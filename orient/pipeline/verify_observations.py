@@ -7,10 +7,9 @@ import numpy as np
 
 from orient.geometry.rotation import matrix_from_quaternion
 from orient.pipeline.camera import is_estimated
-from orient.pipeline.common_coefficients import common_coefficients
 from orient.pipeline.frames import Frame, frame_of
 from orient.pipeline.ground import ground_of
-from orient.pipeline.resection import Observations, observations
+from orient.pipeline.resection import Observations, chain_of, observations
 from orient.pipeline.tables import Array, columns, required, single
 from orient.pipeline.weights import ground_weights
 from orient.solvers.independent_resection import ResectionObservations
@@ -45,13 +44,13 @@ def resection_observations(inputs: Mapping[str, Tables], settings: Settings, sto
     photo = single(inputs["photo"], "photo")
     ground = ground_of(photo)
     frame = frame_of(single(inputs["topocentric"], "topocentric_frame"), ground)
-    control = observations(inputs["refine"], inputs["topocentric"])[0].only("control")
+    everyone = observations(inputs["refine"], inputs["topocentric"])[0]
+    control = everyone.at(_that_carried(everyone, stored))
     sigma0 = required(photo, "sigma_image_mm")
-    apart = settings["control"] == "fixed" or settings["correlation"] == "point"
-    shared = None if apart else common_coefficients(control.rows, inputs.get("digitize", {}), frame, ground)
+    chain = chain_of(control, inputs, frame, ground, sigma0, settings)
     adjusted = _adjusted(control, stored)
     place, up = _on_their_height(control, adjusted, frame)
-    own = None if shared is None else shared.own
+    own = None if chain.shared is None else chain.shared.own
     free, weight = ground_weights(control.rows, str(settings["control"]), sigma0, own).at(up)
     given = ResectionObservations(
         image=control.image,
@@ -60,12 +59,18 @@ def resection_observations(inputs: Mapping[str, Tables], settings: Settings, sto
         f_mm=required(photo, "f_mm"),
         free=frame.right_handed_matrix(free),
         weight=frame.right_handed_matrix(weight),
-        common=None if shared is None else shared.in_solver(frame, sigma0),
+        common=chain.in_solver(control.comparator, frame),
     )
     row = single(stored, "orientation")
     station, quaternion = columns([row], "X_S_m", "Y_S_m", "Z_S_m")[0], columns([row], "q_w", "q_x", "q_y", "q_z")[0]
     return ResectionCase(given, frame.right_handed(station), matrix_from_quaternion(quaternion),
                          frame.right_handed(adjusted), sigma0, frame.partner)  # fmt: skip
+
+
+def _that_carried(seen: Observations, stored: Tables) -> list[int]:
+    """Places of the control points that took part: those left out, by hand or by a test, have another role."""
+    carried = {row["point"] for row in stored["image_residual"] if row["role"] == "control"}
+    return [i for i, point in enumerate(seen.points) if point in carried]
 
 
 def _adjusted(control: Observations, stored: Tables) -> Array:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from orient.units import DEGREES_PER_RADIAN
 from orient.values import Row
 
-GROUPS = ("sheet", "unit", "unknowns", "name")
+GROUPS = ("sheet", "unit", "unknowns", "name", "source", "zone")
 """Columns that keep values of different units apart within a table."""
 DIFFERENCE = re.compile(r"^[vd]_?(?=[xyXYZNEl])")
 AXIS = re.compile(r"(?<![a-z])[xyXYZNE](?![a-z])|(?<=[XYZNE])[XYZNE]|(?<=[xy])[xy]")
@@ -32,7 +32,7 @@ class Scales:
         self._diagonal: dict[tuple[object, ...], float] = {}
         for row in rows:
             group = _group(row)
-            if "i" in row and row["i"] == row["j"]:
+            if "i" in row and "value" in row and row["i"] == row["j"]:
                 self._diagonal[(*group, row["i"])] = abs(float(row["value"] or 0.0))
             for column, value in row.items():
                 if isinstance(value, float):

@@ -18,7 +18,7 @@ def covariance_lines(tables: Tables) -> list[str]:
     """Sentences about the ground accuracy as a whole; none for a version that has no map."""
     if not tables.get("ground_accuracy"):
         return []
-    return ["", *_map_lines(tables["ground_accuracy"]), *_seed_lines(tables), *_advice(tables["element_use"])]
+    return ["", *_map_lines(tables["ground_accuracy"]), *_seed_lines(tables), *_advice(tables.get("element_use", ()))]
 
 
 def covariance_tables(tables: Tables, most: int) -> list[Shown]:
@@ -28,7 +28,7 @@ def covariance_tables(tables: Tables, most: int) -> list[Shown]:
     shown = [*_maps(tables["ground_accuracy"]), *_pairs(tables, most)]
     if tables.get("focal_cofactor"):
         shown += [_cofactors(tables["focal_cofactor"]), _sums(tables["focal_sum"], most)]
-    uses = [_uses(tables["element_use"])] if tables["element_use"] else []
+    uses = [_uses(tables["element_use"])] if tables.get("element_use") else []
     return [*shown, _conditions(tables["closed_form_condition"]), *uses]
 
 

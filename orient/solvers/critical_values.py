@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtr, chdtrc, chdtri, nctdtrinc, ndtri, stdtrit
+from scipy.special import chdtr, chdtrc, chdtri, nctdtrinc, ndtr, ndtri, stdtr, stdtrit
 
 FloatArray = NDArray[np.float64]
 
@@ -76,6 +76,14 @@ def tau_limits(vPv: float, redundancy: int) -> Limits:
     t = float(stdtrit(freedom, 1.0 - ALPHA0 / 2.0))
     critical = t * np.sqrt(redundancy / (freedom + t * t))
     return Limits("tau", sigma0, float(critical), float(nctdtrinc(freedom, 1.0 - POWER, t)))
+
+
+def chance(statistic: float, limits: Limits, redundancy: int) -> float:
+    """P(|w| or |tau| > statistic) of one observation without a gross error, r the redundancy of the adjustment."""
+    if limits.name == "w":
+        return float(2.0 * ndtr(-statistic))
+    rest = max(redundancy - statistic**2, 0.0)
+    return float(2.0 * stdtr(redundancy - 1, -statistic * np.sqrt((redundancy - 1) / rest))) if rest else 0.0
 
 
 def global_test(vPv: float, redundancy: int, sigma0: float) -> GlobalTest:

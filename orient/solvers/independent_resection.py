@@ -73,6 +73,14 @@ class ResectionObservations:
             return np.zeros((len(self.ground), 3, 0))
         return np.asarray(self.common.partials @ self.common_root)
 
+    @cached_property
+    def image_shift(self) -> FloatArray:
+        """(n, 2, q) mm by the common unknowns of unit weight."""
+        by_image = None if self.common is None else self.common.by_image
+        if by_image is None:
+            return np.zeros((len(self.ground), 2, self.common_root.shape[1]))
+        return np.asarray(by_image @ self.common_root)
+
     @property
     def n_points(self) -> int:
         return sum(E.shape[1] for E in self.directions)
@@ -159,7 +167,8 @@ class _System:
         ground = self.given.ground + self.given.shift @ x[6 : 6 + q] + self.places @ x[6 + q :] + moved
         camera = (ground - self._station(x)) @ (_cayley(x[:3]) @ self.rotation)
         computed = -self.given.f_mm * camera[:, :2] / camera[:, 2:]
-        return np.asarray((self.given.whitening @ (computed - self.given.image)[:, :, None])[:, :, 0])
+        v = computed - self.given.image - self.given.image_shift @ x[6 : 6 + q]
+        return np.asarray((self.given.whitening @ v[:, :, None])[:, :, 0])
 
 
 def solve_independently(

@@ -12,9 +12,11 @@ STRASBOURG = SAMPLES / "strasbourg-sxb-8937"
 WRONG = ("651", "317", "347", "375", "607", "634")
 
 
-def project(tmp_path: Path, errors: dict[str, tuple[float, float, float]]) -> Path:
-    """The sample (12 points, sigma0 0.64 of a priori) with wrong control coordinates [m]."""
+def project(tmp_path: Path, errors: dict[str, tuple[float, float, float]], more: str = "") -> Path:
+    """The sample (12 points, sigma0 0.64 of a priori) with wrong control coordinates [m], `more` in photo.toml."""
     folder = shutil.copytree(STRASBOURG, tmp_path / "folder", ignore=shutil.ignore_patterns("*.jpg"))
+    with (folder / "photo.toml").open("a", encoding="utf-8") as file:
+        file.write(more)
     with (folder / "control.csv").open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     for row in rows:
@@ -60,11 +62,14 @@ def test_c18_one_of_twelve_wrong_by_100_m_is_named_and_the_others_stay(
 ) -> None:
     path = project(tmp_path, {"651": (100.0, 0.0, 0.0)})
     said = orient("run", path)
-    assert said.code == 0
+    assert said.code == 1  # an orientation that misses by millimetres is no result
+    assert said.err.startswith("orient: resection: NO_FIT: ")
+    assert "651 is suspected of a gross error: leave it out with --reject" in said.err
     (line,) = (line for line in said.out.splitlines() if "suspected of a gross error" in line)
     assert line.strip().startswith("warning: 651 (|tau|")
     assert "leave it out with --reject or --exclude" in said.out
-    (proposal,) = asked(path, EXCLUDED)
+    failed = "SELECT point, decided_by, action FROM exclusion"
+    (proposal,) = asked(path, failed)
     assert proposal[:3] == ["651", "snooping", "proposed"]
     assert asked(path, EXCLUDED_RESIDUALS) == []  # nothing is left out silently
 
@@ -146,7 +151,7 @@ def test_reliability_of_every_reading_is_shown_and_asked(tmp_path: Path) -> None
 
 
 def test_three_points_have_no_test_and_it_is_said(tmp_path: Path) -> None:
-    path = project(tmp_path, {})
+    path = project(tmp_path, {}, "\n[station]\nX_m = 1000076\nY_m = 112418\nZ_m = 1910\n")
     assert orient("run", path).code == 0
     names = points(path)
     said: Said = orient("resection", path, "--exclude", ",".join(names[3:]), "--reason", "three only")

@@ -82,7 +82,11 @@ def test_show_of_a_resection_opens_with_the_findings(space: Path) -> None:
     lines = orient("show", space, "resection").out.splitlines()
     assert lines[0].startswith("resection version 1, ")
     assert lines[1].strip().startswith("sigma0 3.99 um")
+    # no error was planted in P05: of 145 tests at 0.1 % one cries without cause, and it says so itself
     assert "strong correlations" in lines[2]
+    (doubt,) = (line for line in lines if "is suspected of a gross error" in line)
+    assert doubt.strip().startswith("note: P05 (|tau| 3.2 of image y exceeds 3.15)")
+    assert "with so many tests a good photo shows one in" in doubt
     text = "\n".join(lines)
     for words in ("redundancy r = 44", "station: B ", "X_S m", "alpha deg", "Check points", "Iterations", "sum v^2/25"):
         assert words in text

@@ -33,10 +33,12 @@ def first_points(count: int) -> list[str]:
 
 def test_status_opens_with_the_verdict(aerial: Path) -> None:
     lines = orient("status", aerial).out.splitlines()
-    assert lines[0] == f"{aerial}: Oriented, but with a problem: read them before you use a number."
-    assert lines[1].startswith("  warning: resection: sigma0 is 1.84 times its value a priori")
-    assert "6 points are measured on the photo but have no ground coordinates" in lines[2]
-    assert lines[3].strip().startswith("-> Give these points coordinates")
+    assert lines[0] == f"{aerial}: Oriented, but with 2 problems: read them before you use a number."
+    assert lines[1].startswith("  warning: resection: sigma0 is 1.82 times its value a priori")
+    assert "200 (|tau| 2.72 of image y exceeds 2.68) is suspected" in lines[2]
+    assert lines[3].strip().startswith("-> Look at the point first; leave it out with --reject")
+    assert "6 points are measured on the photo but have no ground coordinates" in lines[4]
+    assert lines[5].strip().startswith("-> Give these points coordinates")
 
 
 def test_status_of_a_good_result(space: Path) -> None:

@@ -152,7 +152,7 @@ def test_a_plot_before_its_stage_says_what_to_run(fresh: Path) -> None:
     assert (said.code, "needs resection, covariance" in said.err) == (2, True)
     said = orient("plot", fresh, "portrait", "-o", fresh.parent / "x.svg")
     assert 'there is no plot "portrait"' in said.err
-    assert "Plots are accuracy, ellipses, residuals." in said.err
+    assert "Plots are accuracy, budget, ellipses, residuals." in said.err
 
 
 def test_show_says_what_the_seed_says_of_a_vertical_photo(aerial: Path) -> None:
@@ -162,7 +162,7 @@ def test_show_says_what_the_seed_says_of_a_vertical_photo(aerial: Path) -> None:
         "within 1.9 %",
         "In the scale of the image the focal length is not in them, for any layout",
         "The layout is not symmetric, so there is no closed form (8)-(10): per point sum xi = -0.594",
-        "standard deviations only 0.2444 m (x 7.397)",
+        "standard deviations only 0.2488 m (x 5.816)",
         "Use all six elements together with the full 6 x 6 matrix",
         "New ground points over the frame",
         "K by its elements",

@@ -27,6 +27,7 @@ from orient.pipeline.tables import columns
 from orient.solvers.functional_iteration import Termination, iterate
 from orient.solvers.ground_covariance import ray_at_height
 from orient.solvers.interior_orientation import fit_interior
+from orient.solvers.polynomial_degree import Crosses, Rule
 from orient.solvers.polynomial_fit import fit_sheet, predict
 from orient.solvers.resection import Resection
 from orient.values import Row, Tables
@@ -114,8 +115,8 @@ def errorless(folder: Path) -> Errorless:
     frame = frame_of(tables["topocentric"]["topocentric_frame"][0], ground)
     seen, _ = resection.observations(tables["refine"], tables["topocentric"])
     control = seen.only("control")
-    chain = resection._chain(control, tables, frame, ground, 0.004, settings("resection"))
-    found = resection._solve(photo, ground, frame, control, chain, settings("resection"))
+    chain = resection.chain_of(control, tables, frame, ground, 0.004, settings("resection"))
+    found = resection._solve(photo, ground, frame, control, chain, settings("resection")).found
     return Errorless(tables, frame, found, control, seen)
 
 
@@ -173,10 +174,9 @@ def sheet(scene: Errorless, of_crosses: Array, of_points: Array, drawing: Array)
     factors = digitize.metres_per_unit(target, True, ground)
     digitized = {str(row["point"]): row for row in tables["digitize"]["digitized_point"]}
     points = columns([digitized[point] for point in scene.seen.points], "X_mm", "Y_mm")
-    carries = np.ones(len(XY), dtype=np.bool_)
 
     def placed(e_XY: Array, e_points: Array, e_m: Array) -> Array:
-        fit = fit_sheet(XY + e_XY, target + e_m / factors, factors, 3, carries)
+        fit = fit_sheet(Crosses(XY + e_XY, target + e_m / factors, factors), Rule(3))
         return predict(fit, points + e_points).values
 
     zero = np.zeros_like(of_crosses)

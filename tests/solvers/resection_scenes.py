@@ -89,3 +89,8 @@ def expected(name: str, key: str = "quantity", **where: str) -> dict[str, dict[s
     with (DATA / name).open(encoding="utf-8", newline="") as file:
         rows = [row for row in csv.DictReader(file) if all(row[k] == v for k, v in where.items())]
     return {row[key]: row for row in rows}
+
+
+def nothing_shared(n: int) -> tuple[FloatArray, FloatArray]:
+    """Shifts on the ground and in the image of points without common unknowns."""
+    return np.zeros((n, 3, 0)), np.zeros((n, 2, 0))

@@ -50,7 +50,9 @@ def adjusted(made: Scene, image: FloatArray) -> Resection:
 
 
 def tested(made: Scene, found: Resection, image: FloatArray, limits: Limits) -> BlockTests:
-    points = Measured(image, made.unit, ground_knowledge(made.ground, None, None), np.zeros((POINTS, 3, 0)))
+    points = Measured(
+        image, made.unit, ground_knowledge(made.ground, None, None), np.zeros((POINTS, 3, 0)), np.zeros((POINTS, 2, 0))
+    )
     blocks = control_blocks(found, points, whitened(None, POINTS), np.eye(3))
     return observation_tests(blocks, limits, 6).tests[0]
 

@@ -6,7 +6,7 @@ from scipy.special import betainc, nctdtr
 
 from orient.geometry.rotation import rotation_exp
 from orient.solvers.common_unknowns import CommonUnknowns, whitened
-from orient.solvers.critical_values import DELTA0, W_CRITICAL, global_test, tau_limits, w_limits
+from orient.solvers.critical_values import DELTA0, W_CRITICAL, chance, global_test, tau_limits, w_limits
 from orient.solvers.ground_covariance import ray_at_height
 from orient.solvers.ground_points import ground_knowledge
 from orient.solvers.reliability import (
@@ -161,7 +161,9 @@ def weighted_scene(name: str, with_common: bool) -> tuple[Resection, Measured, C
     image = made.noisy(SIGMA, random)
     found = resect(image, cofactor, ground, made.f_mm, ground_free=free, ground_weight=weight, common=common)
     by_common = whitened(common, 12).by_ground
-    points = Measured(image, cofactor, ground_knowledge(ground, free, weight), by_common)
+    points = Measured(
+        image, cofactor, ground_knowledge(ground, free, weight), by_common, np.zeros((12, 2, by_common.shape[2]))
+    )
     return found, points, common
 
 
@@ -185,7 +187,9 @@ def test_effect_is_what_an_error_does_to_the_elements() -> None:
     made = scene(random, 9)
     image = made.noisy(SIGMA, random)
     found = resect(image, made.unit, made.ground, made.f_mm)
-    points = Measured(image, made.unit, ground_knowledge(made.ground, None, None), np.zeros((9, 3, 0)))
+    points = Measured(
+        image, made.unit, ground_knowledge(made.ground, None, None), np.zeros((9, 3, 0)), np.zeros((9, 2, 0))
+    )
     shared = whitened(None, 9)
     (test,) = observation_tests(control_blocks(found, points, shared, np.eye(3)), w_limits(SIGMA), 6).tests
     up = np.tile([0.0, 0.0, 1.0], (9, 1))
@@ -210,7 +214,9 @@ def test_point_left_out_is_judged_like_one_that_is_in() -> None:
     made = scene(random, 10)
     image = made.noisy(SIGMA, random)
     limits, shared = w_limits(SIGMA), whitened(None, 10)
-    points = Measured(image, made.unit, ground_knowledge(made.ground, None, None), np.zeros((10, 3, 0)))
+    points = Measured(
+        image, made.unit, ground_knowledge(made.ground, None, None), np.zeros((10, 3, 0)), np.zeros((10, 2, 0))
+    )
     whole = resect(image, made.unit, made.ground, made.f_mm)
     inside = observation_tests(control_blocks(whole, points, shared, np.eye(3)), limits, 6)
     T, _ = block_statistic(inside.tests[0], IMAGE, limits)
@@ -229,3 +235,11 @@ def test_probes_of_a_large_photo_cover_it() -> None:
     chosen = image[far_apart(image)]
     assert len(chosen) == 60
     assert np.max(np.min(np.linalg.norm(image[:, None] - chosen[None], axis=2), axis=1)) < 25.0
+
+
+@pytest.mark.parametrize("r", [3, 18, 432])
+def test_chance_of_the_limit_is_alpha0(r: int) -> None:
+    assert chance(W_CRITICAL, w_limits(1.0), r) == pytest.approx(0.001)
+    limits = tau_limits(float(r), r)
+    assert chance(limits.critical, limits, r) == pytest.approx(0.001)
+    assert chance(np.sqrt(r) + 1.0, limits, r) == 0.0

@@ -31,7 +31,6 @@ MARKERS = {"control": "^", "check": "o"}
 SETTINGS: dict[Any, Any] = {
     "font.family": "DejaVu Sans",
     "font.size": 9,
-    "axes.titlesize": 10,
     "axes.labelsize": 9,
     "axes.edgecolor": INK,
     "axes.labelcolor": INK,
@@ -77,16 +76,16 @@ def encoded(figure: "Figure", format_name: str) -> bytes:
     return stream.getvalue()
 
 
-def new_figure(title: str, below: str, width: float = 6.4, height: float = 6.0) -> tuple["Figure", "Axes"]:
-    """A figure with one axes of equal scales; `below` says in small letters where the picture comes from."""
+def new_figure(title: str, origin: str, width: float = 6.4, height: float = 6.0) -> tuple["Figure", "Axes"]:
+    """A figure with one axes of equal scales; `origin` says in small letters where the picture comes from."""
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     figure = Figure(figsize=(width, height), layout=ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.08))
     axes = figure.add_subplot()
     axes.set_aspect("equal")
-    axes.set_title(title)
-    figure.supxlabel(below, fontsize=7, color=GREY, x=0.01, ha="left")
+    axes.set_title(origin, fontsize=7, color=GREY)
+    figure.suptitle(title, fontsize=10)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
     return figure, axes
