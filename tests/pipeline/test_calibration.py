@@ -12,7 +12,7 @@ from orient.geometry.collinearity import project
 from orient.geometry.distortion import Distortion
 from orient.geometry.rotation import matrix_from_opk, matrix_from_quaternion, opk_from_matrix, rotation_exp
 from orient.pipeline import covariance, refine, resection
-from orient.pipeline.camera import given_camera
+from orient.pipeline.camera import adjusted_camera, given_camera
 from orient.pipeline.second_engine import solve_again
 from orient.pipeline.verify_observations import knows_all_unknowns
 from orient.solvers.ground_covariance import ray_at_height
@@ -399,3 +399,19 @@ def test_verify_leaves_its_second_engine_out() -> None:
     asked = settings("resection", estimate="f,k1,x0")
     assert "neither the second engine" in solve_again("resection", inputs, asked, outcome.tables).left_out
     assert not knows_all_unknowns(settings("resection"), inputs["photo"])
+
+
+def test_the_camera_has_the_order_of_the_cofactors() -> None:
+    """The project file hands the elements back by name: k1 before x0, which stands after it in Q."""
+    inputs, outcome = known_and_estimated()
+    by_name = sorted(outcome.tables["camera_element"], key=lambda one: str(one["unknown"]))
+    stored = {**outcome.tables, "camera_element": by_name}
+    (facts,) = inputs["photo"]["photo"]
+    found = adjusted_camera(facts, inputs["photo"], stored)
+    assert found is not None
+    assert found[1] == ("f", "x0", "k1")
+    plain, again = (
+        covariance.compute({**inputs, "resection": tables}, settings("covariance")).tables["ground_covariance"]
+        for tables in (outcome.tables, stored)
+    )
+    assert [one["K_XX_m2"] for one in plain] == [one["K_XX_m2"] for one in again]
