@@ -114,7 +114,8 @@ def adjusted_camera(photo: Row, photo_tables: Tables, resection: Tables) -> tupl
     if not rows:
         return None
     row, camera = rows[0], given_camera(photo, photo_tables)
-    elements = resection.get("camera_element", ())
+    # the file hands rows back by name; cofactors are in the order of INTERIOR
+    elements = sorted(resection.get("camera_element", ()), key=lambda one: INTERIOR.index(str(one["unknown"])))
     names = tuple(str(element["unknown"]) for element in elements)
     lens = Distortion(
         str(row["distortion_model"]),

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from orient.errors import OrientError
+from orient.errors import GeometryError, OrientError
 from orient.pipeline.camera import measured_of
 from orient.pipeline.element_use import use_rows
 from orient.pipeline.frames import Frame, frame_of
@@ -73,10 +73,12 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     events += _level_rays(meeting)
     plan = _plan(meeting, oriented)
     rows = _rows(meeting, plan, frame)
+    map_of_frame, without_map = _map_rows(photo, meeting, oriented, frame, settings)
+    events += without_map
     tables: dict[str, Sequence[Row]] = {
         "ground_covariance": rows,
         "ground_covariance_image": _image_rows(meeting, plan),
-        "ground_accuracy": _map_rows(photo, meeting, oriented, frame, settings),
+        "ground_accuracy": map_of_frame,
         "element_use": [] if oriented.rays.camera else use_rows(oriented, meeting.plan_partials[:, :, :ELEMENTS]),
         "error_budget": _budget_rows(meeting, plan, oriented),
         **normal_case_tables(_case(inputs["resection"], meeting, oriented, plan)),
@@ -86,8 +88,10 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     return Outcome(tables, events, _summary(rows))
 
 
-def _map_rows(photo: Row, meeting: Meeting, oriented: Oriented, frame: Frame, settings: Settings) -> list[Row]:
-    """The map of the frame, at the mean height of the points and for a reading like theirs."""
+def _map_rows(
+    photo: Row, meeting: Meeting, oriented: Oriented, frame: Frame, settings: Settings
+) -> tuple[list[Row], list[Event]]:
+    """The map of the frame, at the mean height of the points and for a reading like theirs; none for a folded lens."""
     side, height_sigma = int(settings["map_side"] or 0), float(settings["map_height_sigma_m"] or 0.0)
     points = frame.right_handed(meeting.points[meeting.met])
     height = float(np.mean(points[:, 2] if frame.is_local else frame.geographic(points)[:, 2]))
@@ -95,8 +99,12 @@ def _map_rows(photo: Row, meeting: Meeting, oriented: Oriented, frame: Frame, se
     places = frame_places(photo, side)
     principal_point = columns([photo], "x0_mm", "y0_mm")[0]
     comparator = oriented.rays.comparator(places + principal_point)
-    through = oriented.rays.at_places(places, comparator, principal_point)
-    return map_rows(places, through, oriented, frame, height, reading, height_sigma)
+    try:
+        through = oriented.rays.at_places(places, comparator, principal_point)
+    except GeometryError as error:
+        message = f"no map of the accuracy over the frame: the estimated lens has no inverse there ({error.message})"
+        return [], [Event("warning", "no_map", "", message)]
+    return map_rows(places, through, oriented, frame, height, reading, height_sigma), []
 
 
 def _case(resection: Tables, meeting: Meeting, oriented: Oriented, plan: PlanCovariance) -> Case:

@@ -17,6 +17,8 @@ from orient.store.format import current_format
 from orient.values import Row
 
 TABLE = "ground_accuracy"
+LARGEST = 1e14
+"""Covariance [m^2] of a place that sees no ground but the horizon; the file holds numbers below 1e15."""
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -60,6 +62,7 @@ def map_rows(
     found = {
         int(i): {**dict(zip(("X_m", "Y_m", "Z_m"), place.tolist(), strict=True)), **on_ground, **in_image}
         for i, place, on_ground, in_image in zip(met, stored, ground_columns(plan), image_columns(plan), strict=True)
+        if max(abs(value or 0.0) for value in on_ground.values()) < LARGEST
     }
     side, unseen = round(len(places) ** 0.5), dict.fromkeys(_columns())
     return [

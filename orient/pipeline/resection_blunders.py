@@ -73,11 +73,14 @@ class Task:
         return self.chain.sigma0
 
     def limits(self, found: Resection) -> Limits:
-        """w with sigma0 a priori, or tau with sigma0 a posteriori; `auto` follows the setting `variance`."""
+        """w with sigma0 a priori, or tau with sigma0 a posteriori; `auto` follows the setting `variance`.
+
+        A photo that fits without any residual has no sigma0 a posteriori to test with.
+        """
         test = str(self.settings["test"])
         if test == "auto":
             test = "tau" if self.settings["variance"] == "posteriori" else "w"
-        if test == "w" or found.redundancy == 0:
+        if test == "w" or found.redundancy == 0 or found.vPv == 0:
             return w_limits(self.sigma0)
         return tau_limits(found.vPv, found.redundancy)
 

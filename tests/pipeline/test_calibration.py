@@ -12,7 +12,9 @@ from orient.geometry.collinearity import project
 from orient.geometry.distortion import Distortion
 from orient.geometry.rotation import matrix_from_opk, matrix_from_quaternion, opk_from_matrix, rotation_exp
 from orient.pipeline import covariance, refine, resection
-from orient.pipeline.camera import given_camera
+from orient.pipeline.camera import adjusted_camera, given_camera
+from orient.pipeline.second_engine import solve_again
+from orient.pipeline.verify_observations import knows_all_unknowns
 from orient.solvers.ground_covariance import ray_at_height
 from orient.solvers.packed import unpack_upper
 from orient.values import Outcome, Scalar, Tables
@@ -107,7 +109,7 @@ def test_a_coefficient_of_photo_toml_is_estimated_as_its_total_value() -> None:
 
 def test_uncertain_camera_enters_the_covariance() -> None:
     """f known to 0.1 mm of 150: the height is uncertain by 0.1/150 of itself where f and height are one."""
-    facts = {**photo(sigma_f_mm=0.1)}
+    facts = photo(sigma_f_mm=0.1, frame_width_mm=180.0, frame_height_mm=180.0)
     chosen = places(12, "weighted camera", extent_deg=0.4)
     inputs = with_frame(facts, chosen)
     known, weighted = oriented(inputs, variance="priori"), oriented(inputs, variance="priori", camera="weighted")
@@ -323,3 +325,93 @@ def test_known_height_on_the_earth_is_the_ellipsoidal_height() -> None:
     (moved,) = near.tables["orientation"]
     assert station_of(near) == pytest.approx(true_camera()[0][[1, 0, 2]], abs=0.05)
     assert number(moved["redundancy"]) == 24 + 3 - 6
+
+
+def known_and_estimated() -> tuple[dict[str, Tables], Outcome]:
+    """f with a prior, k1 free, the station known to metres: every kind of equation about the elements."""
+    facts = local("right", **CAMERA, sigma_f_mm=0.2)
+    known = [row("known_element", quantity=name, value=value, sigma=2.0) for name, value in
+             zip(("X_S", "Y_S", "Z_S"), S.tolist(), strict=True)]  # fmt: skip
+    inputs = seen_by(TRUTH, {**facts, "known_element": known}, hills("all kinds"), noise_mm=0.01)
+    return inputs, oriented(inputs, estimate="f,k1,x0")
+
+
+def test_tests_of_all_observations_sum_to_the_redundancy() -> None:
+    _, outcome = known_and_estimated()
+    tests = outcome.tables["observation_test"]
+    (found,) = outcome.tables["orientation"]
+    assert sum(number(one["redundancy_number"]) for one in tests) == pytest.approx(number(found["redundancy"]))
+    of_image = {(one["point"], one["axis"]): one["redundancy_number"] for one in tests if one["kind"] == "image"}
+    for one in outcome.tables["image_residual"]:
+        assert of_image[one["point"], "x"] == pytest.approx(one["redundancy_x"], rel=1e-6)
+        assert of_image[one["point"], "y"] == pytest.approx(one["redundancy_y"], rel=1e-6)
+    of_known = {one["axis"]: one for one in tests if one["kind"] == "known"}
+    assert list(of_known) == ["f", "X_S", "Y_S", "Z_S"]
+    for one in outcome.tables["known_residual"]:
+        assert of_known[one["quantity"]]["redundancy_number"] == pytest.approx(one["redundancy_number"], rel=1e-6)
+        assert of_known[one["quantity"]]["v"] == pytest.approx(one["v"], rel=1e-9)
+    f = elements(outcome)["f"]
+    assert of_known["f"]["redundancy_number"] == pytest.approx(f["redundancy_number"], rel=1e-6)
+    assert of_known["f"]["v"] == pytest.approx(f["correction"], rel=1e-9)
+
+
+def test_an_error_of_a_reading_moves_the_elements_as_its_effect_says() -> None:
+    """The smallest findable error added to a reading: f, k1, x0 and the station change by `effect`."""
+    inputs, before = known_and_estimated()
+    effects = {one["unknown"]: number(one["effect"]) for one in before.tables["external_reliability"]
+               if (one["kind"], one["point"], one["axis"]) == ("image", "P07", "x")}  # fmt: skip
+    (size,) = (number(one["smallest_error"]) for one in before.tables["observation_test"]
+               if (one["kind"], one["point"], one["axis"]) == ("image", "P07", "x"))  # fmt: skip
+    step = 0.01 * size
+    image = [{**one, "x_mm": number(one["x_mm"]) + step, "x_frame_mm": number(one["x_frame_mm"]) + step}
+             if one["point"] == "P07" else one for one in inputs["refine"]["image_point"]]  # fmt: skip
+    after = oriented({**inputs, "refine": {**inputs["refine"], "image_point": image}}, estimate="f,k1,x0")
+    for name in ("f", "k1", "x0"):
+        change = number(elements(after)[name]["value"]) - number(elements(before)[name]["value"])
+        # v is that of the corrected coordinate: the reading enters it with the gradient of the distortion, 2 % here
+        assert abs(change) == pytest.approx(0.01 * abs(effects[name]), rel=0.05), name
+    moved = station_of(after) - station_of(before)
+    expected = 0.01 * np.array([effects[name] for name in ("X_S", "Y_S", "Z_S")])
+    assert np.linalg.norm(np.abs(moved) - np.abs(expected)) < 0.05 * np.linalg.norm(expected)
+
+
+def test_the_sources_sum_to_the_cofactors_of_all_elements() -> None:
+    _, outcome = known_and_estimated()
+    parts = outcome.tables["source_cofactor"]
+    assert {one["source"] for one in parts} == {"image readings", "camera"}
+    for whole in outcome.tables["cofactor"]:
+        if whole["unknowns"] == "rotation":
+            summed = sum(number(one["value"]) for one in parts if one["IJ"] == whole["IJ"])
+            assert summed == pytest.approx(number(whole["value"]), rel=1e-6, abs=1e-15)
+
+
+def test_budget_of_ground_points_is_their_covariance() -> None:
+    inputs, outcome = known_and_estimated()
+    tables = covariance.compute({**inputs, "resection": outcome.tables}, settings("covariance")).tables
+    assert tables["element_use"] == []
+    for point in tables["ground_covariance"]:
+        own = [one for one in tables["error_budget"] if one["point"] == point["point"] and one["part"] == "photo"]
+        assert sum(number(one["cov_XX_m2"]) for one in own) == pytest.approx(number(point["K_XX_m2"]), rel=1e-6)
+
+
+def test_verify_leaves_its_second_engine_out() -> None:
+    inputs, outcome = known_and_estimated()
+    asked = settings("resection", estimate="f,k1,x0")
+    assert "neither the second engine" in solve_again("resection", inputs, asked, outcome.tables).left_out
+    assert not knows_all_unknowns(settings("resection"), inputs["photo"])
+
+
+def test_the_camera_has_the_order_of_the_cofactors() -> None:
+    """The project file hands the elements back by name: k1 before x0, which stands after it in Q."""
+    inputs, outcome = known_and_estimated()
+    by_name = sorted(outcome.tables["camera_element"], key=lambda one: str(one["unknown"]))
+    stored = {**outcome.tables, "camera_element": by_name}
+    (facts,) = inputs["photo"]["photo"]
+    found = adjusted_camera(facts, inputs["photo"], stored)
+    assert found is not None
+    assert found[1] == ("f", "x0", "k1")
+    plain, again = (
+        covariance.compute({**inputs, "resection": tables}, settings("covariance")).tables["ground_covariance"]
+        for tables in (outcome.tables, stored)
+    )
+    assert [one["K_XX_m2"] for one in plain] == [one["K_XX_m2"] for one in again]

@@ -7,10 +7,11 @@ import pytest
 
 from orient.geometry.rotation import matrix_from_aok
 from orient.pipeline import covariance
+from orient.pipeline.camera import measured_of
 from orient.pipeline.frames import SWAP, Frame, frame_of
 from orient.pipeline.ground import ground_of
 from orient.pipeline.ground_accuracy import frame_places, map_rows
-from orient.pipeline.ground_budget import RayUnknowns
+from orient.pipeline.ground_budget import RayUnknowns, SeenImage
 from orient.pipeline.oriented import Oriented, oriented_by
 from orient.values import Row, Tables
 from tests.pipeline.made import Array, local, photo, settings
@@ -26,16 +27,17 @@ def frame(tables: Mapping[str, Tables]) -> Frame:
     return frame_of(tables["topocentric"]["topocentric_frame"][0], ground_of(tables["photo"]["photo"][0]))
 
 
-def on_photo(oriented: Oriented, measured: Row) -> tuple[Array, Array]:
-    """The point's image coordinates by the adjusted interior orientation, and those of the comparator."""
+def on_photo(oriented: Oriented, measured: Row) -> tuple[Array, SeenImage]:
+    """The point's image coordinates by the adjusted interior orientation, and what they depend on."""
     comparator = values([measured], "x_comparator_mm", "y_comparator_mm")
-    return oriented.rays.image(values([measured], "x_mm", "y_mm"), comparator), comparator
+    seen = oriented.rays.seen(values([measured], "x_mm", "y_mm"), comparator, measured_of([measured]))
+    return seen.image, seen
 
 
 def test_the_map_at_a_point_is_the_covariance_of_the_point(space_tables: Mapping[str, Tables]) -> None:
     """A place of the map put on a measured point, at its height and with its reading: the point's own row."""
     earth = frame(space_tables)
-    oriented = oriented_by(space_tables["refine"], space_tables["resection"], earth)
+    oriented = oriented_by(space_tables["photo"], space_tables["refine"], space_tables["resection"], earth)
     points = {row["point"]: row for row in space_tables["covariance"]["ground_covariance"]}
     images = {row["point"]: row for row in space_tables["covariance"]["ground_covariance_image"]}
     for measured in space_tables["refine"]["image_point"][:5]:
@@ -68,7 +70,9 @@ def test_the_map_spans_the_frame_at_one_height(space_tables: Mapping[str, Tables
 def test_the_scale_of_the_image_is_that_of_the_projection(space_tables: Mapping[str, Tables]) -> None:
     """sigma in the image is sigma on the ground by B; a reading alone gives its own covariance back."""
     plans = {row["point"]: row for row in space_tables["covariance"]["ground_covariance"]}
-    scale = oriented_by(space_tables["refine"], space_tables["resection"], frame(space_tables)).scale
+    scale = oriented_by(
+        space_tables["photo"], space_tables["refine"], space_tables["resection"], frame(space_tables)
+    ).scale
     measured = {row["point"]: row for row in space_tables["refine"]["image_point"]}
     for row in space_tables["covariance"]["ground_covariance_image"]:
         B = values([row], "dx_dX_mm_m", "dx_dY_mm_m", "dy_dX_mm_m", "dy_dY_mm_m").reshape(2, 2)
@@ -107,7 +111,15 @@ def test_the_sky_has_no_accuracy() -> None:
         RayUnknowns(np.eye(6) * 1e-8, {}, None, ()),
     )
     places = frame_places(photo(frame_width_mm=200.0, frame_height_mm=200.0)["photo"][0], 3)
-    rows = map_rows(places, places, level, Frame("local_left", SWAP), 0.0, np.eye(2) * 1e-4, 0.0)
+    rows = map_rows(
+        places,
+        level.rays.at_places(places, places, np.zeros(2)),
+        level,
+        Frame("local_left", SWAP),
+        0.0,
+        np.eye(2) * 1e-4,
+        0.0,
+    )
     seen = [row["line"] for row in rows if row["sigma_X_m"] is not None]
     assert seen == [3, 3, 3]
     assert all(row["X_m"] is None and row["sigma_x_mm"] is None for row in rows if row["line"] != 3)
