@@ -17,7 +17,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 
-UNTESTED = 1e-9
+UNTESTED = 1e-6
 """Share of an error below which its trace in the residuals is rounding noise: no w, no smallest findable error."""
 HARDLY = 0.1
 """Share below which an observation is called hardly checked."""
@@ -101,7 +101,7 @@ def observation_tests(groups: Sequence[Blocks], limits: Limits, elements: int) -
 
     `groups` share the u unknowns of the rim, the last `elements` of which are the elements whose change is asked for.
     Correlated observations are tested rightly: P Q_v P, not r_i alone, is what an error of one of them meets.
-    An observation that no other checks (share below 1e-9) has NaN for w, mdb, effect and bias_to_noise.
+    An observation that no other checks (share below 1e-6) has NaN for w, mdb, effect and bias_to_noise.
     Source: W. Baarda, A testing procedure for use in geodetic networks, 1968; W. Foerstner 1983 for the external
     reliability; J. Wang and Y. Chen 1994 for correlated observations.
     """

@@ -104,7 +104,7 @@ def test_diff_names_settings_inputs_and_numbers(aerial: Path) -> None:
     orient("resection", aerial, "--variance", "priori")
     inputs = json.loads(orient("diff", aerial, "resection", 1, 2, "--json").out)
     assert ("inputs", "topocentric") in {(entry["table"], entry["row"]) for entry in inputs}
-    (station,) = (entry for entry in inputs if entry["column"] == "X_S_m")
+    (station,) = (entry for entry in inputs if (entry["table"], entry["column"]) == ("orientation", "X_S_m"))
     before, after = (tables(aerial, "resection", version)["orientation"][0]["X_S_m"] for version in (1, 2))
     assert (station["before"], station["after"], station["change"]) == (before, after, after - before)  # type: ignore[operator]
     settings = json.loads(orient("diff", aerial, "resection", 2, 3, "--json").out)
@@ -130,7 +130,7 @@ def on_a_line(lines: list[str]) -> list[str]:
 
 BAD_CONTROL: dict[str, tuple[Callable[[list[str]], list[str]], str, bool]] = {
     "mirrored": (mirrored, "BELOW_GROUND", True),
-    "on a line": (on_a_line, "The control points lie on a line", False),
+    "on a line": (on_a_line, "control points lie on a line", False),
     "two points": (lambda lines: [HEADER, *lines[:2]], "at least 3 are needed", False),
 }
 

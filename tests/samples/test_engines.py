@@ -13,7 +13,9 @@ from orient.values import Tables
 
 SAMPLES = Path(__file__).parents[2] / "sample_projects"
 NAMES = sorted(folder.name for folder in SAMPLES.iterdir() if (folder / "photo.toml").exists())
-ADJUSTING = ("refine", "digitize", "resection")
+ADJUSTING = ("refine", "digitize", "resection", "absolute")
+ON_THE_WAY = ("equation", "start_candidate", "resection_solution")
+"""How the result was reached: starts and ends that are none."""
 ROUNDING = 1e-12
 """mm, m or degrees: the rounding of a residual is that of the coordinates it is the difference of."""
 
@@ -33,7 +35,7 @@ def results(tables: Tables) -> dict[str, np.ndarray]:
     return {
         f"{table}.{column}": np.array([np.nan if row[column] is None else row[column] for row in rows], dtype=float)
         for table, rows in tables.items()
-        if not table.startswith("iteration") and table != "equation"
+        if table not in ON_THE_WAY and "iteration" not in table
         for column in rows[0]
         if any(isinstance(row[column], float) for row in rows) and column not in ("condition_ratio", "last_step")
     }

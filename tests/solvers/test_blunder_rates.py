@@ -49,7 +49,7 @@ def adjusted(made: Scene, image: FloatArray) -> Resection:
     return resection_result(task, (iterated, iterated.termination), (), 1)
 
 
-def tested(made: Scene, found: Resection, image: FloatArray, limits: Limits) -> BlockTests:
+def judgement(made: Scene, found: Resection, image: FloatArray, limits: Limits) -> BlockTests:
     points = Measured(
         image, made.unit, ground_knowledge(made.ground, None, None), np.zeros((POINTS, 3, 0)), np.zeros((POINTS, 2, 0))
     )
@@ -62,12 +62,12 @@ def one_scene(random: np.random.Generator, counts: Counts) -> None:
     made = scene(random, POINTS)
     image = made.noisy(SIGMA, random)
     found = adjusted(made, image)
-    w = tested(made, found, image, w_limits(SIGMA))
+    w = judgement(made, found, image, w_limits(SIGMA))
     tau_limit = tau_limits(found.vPv, found.redundancy)
     counts.scenes += 1
     counts.tests += 2 * POINTS
     counts.false_w += int(np.count_nonzero(np.abs(w.w) > w_limits(SIGMA).critical))
-    tau = tested(made, found, image, tau_limit)
+    tau = judgement(made, found, image, tau_limit)
     counts.false_tau += int(np.count_nonzero(np.abs(tau.w) > tau_limit.critical))
     counts.rejected_globally += global_test(found.vPv, found.redundancy, SIGMA).verdict != "accepted"
     i, axis = int(random.integers(POINTS)), int(random.integers(2))
@@ -78,7 +78,7 @@ def one_scene(random: np.random.Generator, counts: Counts) -> None:
     _, hit = erroneous(made, image, [(i, axis, by_tau)])
     limits = tau_limits(hit.vPv, hit.redundancy)
     counts.found_by_tau += bool(
-        np.abs(tested(made, hit, shifted(image, i, axis, by_tau), limits).w[i, axis]) > limits.critical
+        np.abs(judgement(made, hit, shifted(image, i, axis, by_tau), limits).w[i, axis]) > limits.critical
     )
     ten, _ = erroneous(made, image, [(i, axis, 10 * error)])
     counts.large_named_first += int(np.argmax(np.abs(ten.w[:, :2])) == 2 * i + axis)
@@ -89,7 +89,7 @@ def erroneous(made: Scene, image: FloatArray, errors: list[tuple[int, int, float
     for point, axis, size in errors:
         image = shifted(image, point, axis, size)
     found = adjusted(made, image)
-    return tested(made, found, image, w_limits(SIGMA)), found
+    return judgement(made, found, image, w_limits(SIGMA)), found
 
 
 def shifted(image: FloatArray, point: int, axis: int, size: float) -> FloatArray:

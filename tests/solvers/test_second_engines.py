@@ -10,6 +10,7 @@ from orient.solvers.independent_plane import fit_plane
 from orient.solvers.independent_polynomial import fit_in_legendre
 from orient.solvers.independent_resection import ResectionObservations, solve_independently
 from orient.solvers.interior_orientation import fit_interior
+from orient.solvers.polynomial_degree import Crosses, Rule
 from orient.solvers.polynomial_fit import fit_sheet
 from orient.solvers.resection import resect
 from orient.solvers.resection_simulation import Spread, simulate_resection
@@ -87,7 +88,7 @@ def test_sheet_polynomial(degree: int) -> None:
     X, Y = np.meshgrid(np.arange(7) * 60.0, np.arange(6) * 70.0)
     XY = np.column_stack([X.ravel(), Y.ravel()]) + random.normal(size=(42, 2))
     target = np.column_stack([55 + XY[:, 1] / 1e4, 37 + XY[:, 0] / 8e3]) + random.normal(size=(42, 2)) * 1e-5
-    own = fit_sheet(XY, target, np.ones_like(target), degree)
+    own = fit_sheet(Crosses(XY, target, np.ones_like(target)), Rule(degree))
     other = fit_in_legendre((XY - own.centre_mm) / own.scale_mm, target, degree)
     assert own.sigma0 is not None and other.sigma0 is not None
     assert len(other.coefficients) == len(exponents(degree))

@@ -25,7 +25,9 @@ INPUTS: dict[str, tuple[str, ...]] = {
     "resection": ("photo", "refine", "topocentric", "digitize"),
     "covariance": ("photo", "refine", "topocentric", "resection"),
     "absolute": ("photo", "model", "topocentric"),
+    "verify": ("photo",),
 }
+SELECTED = tuple(stage for stage in INPUTS if stage != "verify")
 LEFT_EMPTY = {("comparator_reading", "col_px"), ("comparator_reading", "row_px"), ("graticule_cross", "E_m")}
 EVENTS = (Event("info", "made", "p1", "made for a test", 0.1),)
 
@@ -74,7 +76,7 @@ def new_run(project: Project, stage: str, seed: float = 0.5, outcome: Outcome | 
     return NewRun(stage, 1, settings, ids, input_digest(stage, 1, settings, basis), outcome, ids, "tester", "a test")
 
 
-def fill(project: Project, stages: Sequence[str] = tuple(INPUTS)) -> None:
+def fill(project: Project, stages: Sequence[str] = SELECTED) -> None:
     for stage in stages:
         project.append(new_run(project, stage))
 

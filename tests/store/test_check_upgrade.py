@@ -140,7 +140,7 @@ def test_a_full_disk_during_the_upgrade(full: Path, following: NextFormat, monke
         raise OSError(28, os.strerror(28))
 
     before = sha256(full)
-    monkeypatch.setattr(upgrade, "_copy", no_space)
+    monkeypatch.setattr(upgrade, "copy_pages", no_space)
     with pytest.raises(OSError, match="space"):
         upgrade_project(full, following.form, following.migrations)
     assert sha256(full) == before

@@ -1,8 +1,10 @@
 """Nothing that is stored can be changed or deleted: by us, by REPLACE, by a bug, on any table."""
 
+import shutil
 import sqlite3
 from collections.abc import Iterator
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,6 +14,8 @@ from orient.store.errors import OurFault
 from orient.store.format import current_format
 from orient.store.gate import Gated, pass_gate
 from orient.store.preflight import preflight
+from orient.store.project import open_project
+from tests.store.made import new_run
 
 TABLES = sorted(current_format().tables)
 STATEMENTS = {
@@ -25,10 +29,19 @@ NO_SEAL = ("selection", "alembic_version")
 
 
 @pytest.fixture(scope="module")
-def writer(full_once: Path) -> Iterator[Gated]:
+def verified(full_once: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A project with a row in every table, the evidence of a verification too."""
+    path = Path(shutil.copy(full_once, tmp_path_factory.mktemp("verified") / "house.orient"))
+    with open_project(path, "write") as project:
+        project.append(replace(new_run(project, "verify"), select=False))
+    return path
+
+
+@pytest.fixture(scope="module")
+def writer(verified: Path) -> Iterator[Gated]:
     """A connection as the program has it, but without the authorizer's own refusal of UPDATE and DELETE."""
     form = current_format()
-    gated = pass_gate(preflight(full_once, form), "write", form)
+    gated = pass_gate(preflight(verified, form), "write", form)
     gated.watch.phase = "setup"
     yield gated
     gated.close()
@@ -46,8 +59,8 @@ def test_temporary_guards_refuse(writer: Gated, table: str, action: str) -> None
 
 
 @pytest.mark.parametrize("table", TABLES)
-def test_stored_guards_refuse_too(full: Path, table: str) -> None:
-    with closing(sqlite3.connect(full)) as bare:
+def test_stored_guards_refuse_too(verified: Path, table: str) -> None:
+    with closing(sqlite3.connect(verified)) as bare:
         for statement in (f"DELETE FROM {table}", f"UPDATE {table} SET rowid = rowid"):
             with pytest.raises(sqlite3.IntegrityError, match="never"):
                 bare.execute(statement)

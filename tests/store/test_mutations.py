@@ -56,7 +56,8 @@ def grow(content: bytearray, chance: Random) -> None:
 
 def text_byte(content: bytearray, chance: Random) -> None:
     """A byte in the rows, where SQLite's own checks see nothing."""
-    place = content.index(b"made", chance.randrange(len(content) // 2))
+    place = content.find(b"made", chance.randrange(len(content) // 2))
+    place = content.index(b"made") if place < 0 else place
     content[place - chance.randrange(40)] = chance.randrange(256)
 
 
