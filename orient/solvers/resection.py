@@ -239,7 +239,7 @@ def _choose(
     if misplaced and FAR_BETTER * (misplaced[0][0].linear.vPv + task.reading_noise) < valid[0][0].linear.vPv:
         return misplaced[0], ()
     unfinished = [end for end in ranked if end[1] in (Termination.NO_DESCENT, Termination.MAX_ITERATIONS)]
-    if unfinished and _nearly_as_good(task, unfinished[0][0].linear.vPv) < valid[0][0].linear.vPv:
+    if unfinished and _leaves_doubt(task, unfinished[0][0].linear.vPv, valid[0][0].linear.vPv):
         return unfinished[0], ()
     limit = _nearly_as_good(task, valid[0][0].linear.vPv)
     as_good = [end for end in valid if end[0].linear.vPv <= limit]
@@ -255,6 +255,13 @@ def _choose(
         Alternative(o.state.rotation, o.state.station + task.origin, o.linear.vPv, is_as_good=o.linear.vPv <= limit)
         for o in others
     )
+
+
+def _leaves_doubt(task: Task, unfinished: float, valid: float) -> bool:
+    """Does an end that is none (v'Pv `unfinished`) fit better than the best valid one; without redundancy, as well?"""
+    if task.redundancy == 0:
+        return task.sigma0_mm > 0 and unfinished <= _nearly_as_good(task, valid)
+    return _nearly_as_good(task, unfinished) < valid
 
 
 def _nearly_as_good(task: Task, vPv: float) -> float:
