@@ -18,8 +18,8 @@ UNKNOWN = {"approximation", "correction", "value"}
 SPREAD = ("sigma", "ellipse", "cov", "K_", "reading_", "height_", "q_")
 FLOORS = {"vPv": 1e-6, "variance_scale": 1e-6, "sigma0_mm": 1e-3}
 """Perfect data leave rounding: a squared micrometre, a micrometre."""
-PLAIN = {"focal_sum", "statistic", "probability", "redundancy_number", "redundancy_x", "redundancy_y", "max_scaled_step", "damping",
-         "q_w", "q_x", "q_y", "q_z", "up_X", "up_Y", "up_Z"}  # fmt: skip
+PLAIN = {"focal_sum", "statistic", "probability", "redundancy_number", "redundancy_x", "redundancy_y",
+         "max_scaled_step", "damping", "q_w", "q_x", "q_y", "q_z", "up_X", "up_Y", "up_Z"}  # fmt: skip
 """Numbers of the order of one."""
 UNIT_FLOORS = {"_mm": 1.0, "_m": 1.0, "_deg": DEGREES_PER_RADIAN}
 
