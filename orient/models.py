@@ -1579,6 +1579,31 @@ class AbsoluteAlternative(Base):
     is_as_good: Mapped[int] = whole("1 if it fits as well as the one that was taken")
 
 
+class AbsoluteEquation(Base):
+    """Correction equations v = a1 d(u1) + ... + a7 d(u7) + l of the given coordinates, in the forms of the papers.
+
+    Unknowns in order: homothety xi eta theta H X_0 Y_0 Z_0 (seed 000, (2'), (7)); joint the same with T_X T_Y T_Z
+    (4'); scale X_0 Y_0 Z_0 t xi eta theta (seed 002, (109), (110)). Radians, metres, model units; right-handed ground
+    (east, north, up of T'; local: X, Y, Z).
+    """
+
+    __tablename__ = "absolute_equation"
+    __table_args__ = (one_of("form", "homothety", "joint", "scale"), one_of("axis", "X", "Y", "Z"))
+    run_id: Mapped[int] = run_id()
+    zone: Mapped[str] = text("zone", primary_key=True)
+    form: Mapped[str] = text("homothety | joint | scale", primary_key=True)
+    point: Mapped[str] = text("control point", primary_key=True)
+    axis: Mapped[str] = text("X | Y | Z: the given coordinate", primary_key=True)
+    a1: Mapped[float] = real("coefficient of unknown 1 of the form")
+    a2: Mapped[float] = real("coefficient of unknown 2 of the form")
+    a3: Mapped[float] = real("coefficient of unknown 3 of the form")
+    a4: Mapped[float] = real("coefficient of unknown 4 of the form")
+    a5: Mapped[float] = real("coefficient of unknown 5 of the form")
+    a6: Mapped[float] = real("coefficient of unknown 6 of the form")
+    a7: Mapped[float] = real("coefficient of unknown 7 of the form")
+    l_m: Mapped[float] = real("free term, computed minus given, at the solution")
+
+
 class AbsoluteSmallAngle(Base):
     """The small-angle elements (seed 002, (111)) beside the rigorous ones (on request)."""
 

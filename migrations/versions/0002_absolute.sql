@@ -61,6 +61,35 @@ CREATE TABLE absolute_element (
 )
  STRICT;
 
+CREATE TABLE absolute_equation (
+	run_id INTEGER NOT NULL, 
+	zone TEXT NOT NULL, 
+	form TEXT NOT NULL, 
+	point TEXT NOT NULL, 
+	axis TEXT NOT NULL, 
+	a1 REAL NOT NULL, 
+	a2 REAL NOT NULL, 
+	a3 REAL NOT NULL, 
+	a4 REAL NOT NULL, 
+	a5 REAL NOT NULL, 
+	a6 REAL NOT NULL, 
+	a7 REAL NOT NULL, 
+	l_m REAL NOT NULL, 
+	CONSTRAINT pk_absolute_equation PRIMARY KEY (run_id, zone, form, point, axis), 
+	CONSTRAINT ck_absolute_equation_form CHECK (form IN ('homothety', 'joint', 'scale')), 
+	CONSTRAINT ck_absolute_equation_axis CHECK (axis IN ('X', 'Y', 'Z')), 
+	CONSTRAINT fk_absolute_equation_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id), 
+	CONSTRAINT ck_absolute_equation_a1_finite CHECK (a1 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_equation_a2_finite CHECK (a2 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_equation_a3_finite CHECK (a3 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_equation_a4_finite CHECK (a4 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_equation_a5_finite CHECK (a5 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_equation_a6_finite CHECK (a6 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_equation_a7_finite CHECK (a7 BETWEEN -1e15 AND 1e15), 
+	CONSTRAINT ck_absolute_equation_l_m_finite CHECK (l_m BETWEEN -1e15 AND 1e15)
+)
+ STRICT;
+
 CREATE TABLE absolute_iteration (
 	run_id INTEGER NOT NULL, 
 	zone TEXT NOT NULL, 

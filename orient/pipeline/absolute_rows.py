@@ -6,6 +6,7 @@ import numpy as np
 
 from orient.geometry.rotation import quaternion_from_matrix
 from orient.geometry.similarity import fixed_axes_from_matrix
+from orient.pipeline.absolute_equations import equation_rows
 from orient.pipeline.absolute_zone import Errors, Zone, known_directions
 from orient.pipeline.frames import Frame
 from orient.pipeline.tables import Array, columns, covariance_columns, named_packed_rows, or_none
@@ -46,6 +47,7 @@ def result_tables(
         "absolute_orientation": [_orientation_row(zone, found, frame, errors, scale, use_posteriori)],
         "absolute_element": [row for name in ELEMENT_VIEWS for row in _element_rows(zone, name, views[name], scale)],
         "absolute_cofactor": [row for name in COFACTOR_VIEWS for row in _cofactor_rows(zone, name, views[name])],
+        "absolute_equation": equation_rows(control, found, frame),
         "absolute_residual": [*_control_residuals(control, found, frame), *_check_residuals(zone, found, frame)],
         "absolute_alternative": _alternative_rows(zone, found, frame),
         "model_ground_point": _ground_rows(zone, found, frame, scale),

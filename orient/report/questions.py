@@ -94,6 +94,11 @@ QUESTIONS = (
         "WHERE is_current",
     ),
     Question(
+        "absolute-equations",
+        "The correction equations of each zone, in every paper's form?",
+        _current("v_absolute_equation"),
+    ),
+    Question(
         "absolute-residuals",
         "Residuals of the control of each zone, the largest first?",
         "SELECT zone, point, role, known, vX_m, vY_m, vZ_m, v_m FROM v_absolute_residual WHERE is_current "

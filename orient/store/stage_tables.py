@@ -73,6 +73,7 @@ STAGE_TABLES: dict[str, tuple[str, ...]] = {
         "absolute_cofactor",
         "absolute_iteration",
         "absolute_iteration_parameter",
+        "absolute_equation",
         "absolute_residual",
         "absolute_alternative",
         "absolute_small_angle",

@@ -672,6 +672,26 @@ JOIN v_version AS v ON v.run_id = p.run_id
 LEFT JOIN absolute_iteration AS i ON i.run_id = p.run_id AND i.zone = p.zone AND i.iteration = p.iteration
 ORDER BY p.run_id, p.zone, p.iteration, instr('xi eta theta H X_0 Y_0 Z_0', p.unknown);
 
+-- v_absolute_equation: correction equations of each zone in the forms of the papers, v = a1 d(u1) + ... + a7 d(u7) + l
+--   version: version of absolute
+--   is_current: 1 for the current version
+--   zone: zone of the model
+--   form: homothety with X0 (2') | joint with T = H X0 (4') | scale with t = 1/H (108)
+--   point: control point
+--   axis: given coordinate, right-handed ground (east, north, up of T'; local: X, Y, Z)
+--   a1: coefficient of xi (homothety, joint) or X_0 (scale)
+--   a2: of eta or Y_0
+--   a3: of theta or Z_0
+--   a4: of H or t
+--   a5: of X_0, T_X or xi
+--   a6: of Y_0, T_Y or eta
+--   a7: of Z_0, T_Z or theta
+--   l_m: free term, computed minus given
+CREATE VIEW v_absolute_equation AS
+SELECT v.version, v.is_current, e.zone, e.form, e.point, e.axis, e.a1, e.a2, e.a3, e.a4, e.a5, e.a6, e.a7, e.l_m
+FROM absolute_equation AS e JOIN v_version AS v ON v.run_id = e.run_id
+ORDER BY e.run_id, e.zone, e.form, e.point, e.axis;
+
 -- v_absolute_residual: residuals of the control and check points of each zone, v = computed minus given
 --   version: version of absolute
 --   is_current: 1 for the current version

@@ -323,3 +323,23 @@ def test_rows_of_one_table_have_the_same_columns() -> None:
         assert len({tuple(row) for row in rows}) <= 1, table
         assert all(value is None or isinstance(value, str | int | float) for row in rows for value in row.values())
         assert not any(type(value).__module__ == "numpy" for row in rows for value in row.values()), table
+
+
+def test_the_equations_of_the_papers_say_what_the_residuals_say() -> None:
+    """l of all three forms is the residual of the adjustment, and their partials agree about the same small motion."""
+    chosen = local_places(8, "columns")
+    outcome = computed(inputs_of(local("right"), chosen, noise=1e-4))
+    rows = outcome.tables["absolute_equation"]
+    residuals = {row["point"]: row for row in outcome.tables["absolute_residual"]}
+    assert {row["form"] for row in rows} == {"homothety", "joint", "scale"}
+    assert len(rows) == 3 * 3 * 8
+    for row in rows:
+        assert row["l_m"] == pytest.approx(residuals[row["point"]][f"v{row['axis']}_m"], abs=1e-9)
+    by_form = {
+        form: np.array([[row[f"a{k}"] for k in range(1, 8)] for row in rows if row["form"] == form])
+        for form in ("homothety", "joint", "scale")
+    }
+    # one and the same space of motions: each form's columns are combinations of those of another
+    for other in ("joint", "scale"):
+        combined = by_form["homothety"] @ np.linalg.lstsq(by_form["homothety"], by_form[other], rcond=None)[0]
+        np.testing.assert_allclose(combined, by_form[other], atol=1e-6 * np.abs(by_form[other]).max())
