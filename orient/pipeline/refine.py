@@ -20,6 +20,7 @@ from orient.solvers.interior_orientation import InteriorFit, fit_interior
 from orient.values import Event, Outcome, Row, Settings, Tables
 
 STEP_MM = 1e-3
+NO_WAY_BACK_MM = 1e-6
 MICROMETRES = 1000.0
 FIDUCIAL = "fiducial"
 REFRACTION = {
@@ -158,7 +159,7 @@ def _image_points(points: Means, interior: InteriorFit | None, photo: Row, table
     covariance = by_reading @ points.covariance @ by_reading.transpose(0, 2, 1)
     principal = np.tile([-required(photo, "x0_mm"), -required(photo, "y0_mm")], (len(frame), 1))
     reduced = frame + principal
-    lens = distortion.correction(given_camera(photo, tables).distortion, reduced)
+    lens = _lens(given_camera(photo, tables).distortion, reduced, points.points)
     air = _refraction(reduced + lens, photo)
     curvature = _curvature(reduced + lens + air, photo)
     image = reduced + lens + air + curvature
@@ -197,6 +198,19 @@ def _to_frame(xy: Array, interior: InteriorFit | None) -> tuple[Array, Array]:
     steps = np.array([[STEP_MM, 0.0], [0.0, STEP_MM]])
     by_reading = np.stack([(apply(step) - apply(-step)) / (2 * STEP_MM) for step in steps], axis=-1)
     return apply(np.zeros(2)), by_reading
+
+
+def _lens(camera: distortion.Distortion, reduced: Array, names: Sequence[str]) -> Array:
+    """(n, 2) correction that the way back undoes at every point: else the certificate does not hold so far out."""
+    lens: Array = distortion.correction(camera, reduced)
+    gap = np.linalg.norm(distortion.distort(camera, reduced + lens) - reduced, axis=1)
+    worst = int(np.argmax(gap))
+    if gap[worst] > NO_WAY_BACK_MM:
+        raise OrientError(
+            f"point {names[worst]}: the distortion has no inverse there (off by {gap[worst]:.2g} mm)",
+            "Check the coefficients of the distortion and their direction in photo.toml.",
+        )
+    return lens
 
 
 def _refraction(xy: Array, photo: Row) -> Array:

@@ -6,10 +6,7 @@ alpha0 = 0.001 for one test, power 0.80: |w| > 3.2905, delta0 = 4.1321, lambda0 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import chdtr, chdtrc, chdtri, nctdtrinc, ndtr, ndtri, stdtr, stdtrit
-
-FloatArray = NDArray[np.float64]
 
 ALPHA0 = 0.001
 """Chance that one observation without a gross error is named."""

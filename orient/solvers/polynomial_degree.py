@@ -17,7 +17,6 @@ ByDegree = Callable[[int], LinearAdjustment]
 
 F_TEST = "f-test"
 LEAVE_ONE_OUT = "leave-one-out"
-CHOICES = (F_TEST, LEAVE_ONE_OUT)
 HIGHEST_DEGREE = 5
 DEGREE_LEVEL = 0.05
 """A higher degree is taken when its gain would come by chance in less than one of 20 sheets."""

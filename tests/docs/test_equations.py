@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.docs.reached import all_names, reached_names
+
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "equations.md"
 COLUMNS = 6
@@ -93,6 +95,21 @@ def test_its_functions_can_be_imported(equation: Equation) -> None:
         module, name = dotted.rsplit(".", 1)
         assert dotted.startswith("orient.")
         assert callable(getattr(import_module(module), name, None)), f"{dotted} does not exist"
+
+
+@pytest.mark.parametrize("equation", BUILT, ids=lambda equation: equation.id)
+def test_its_functions_are_reached_from_a_command(equation: Equation) -> None:
+    """An equation that only its test uses is no part of the program."""
+    assert [dotted for dotted in names_in(equation.function) if dotted not in reached_names()] == []
+
+
+def test_no_mathematics_is_left_unused() -> None:
+    """`matrix_from_opk` is the definition of the triple that opk_from_matrix reads; scenes of tests are built by it."""
+    floors = ("orient.geometry.", "orient.geodesy.", "orient.solvers.")
+    unused = [
+        name for name in sorted(all_names() - reached_names()) if name.startswith(floors) and name[-8:] != ".__all__"
+    ]
+    assert unused == ["orient.geometry.rotation.matrix_from_opk"]
 
 
 @pytest.mark.parametrize("equation", BUILT, ids=lambda equation: equation.id)
