@@ -1,7 +1,7 @@
 """`orient verify`: every sealed run computed again from its recorded inputs and settings; the verdict is kept.
 
 Evidence is a run of its own, stage `verify`, that reads the runs it has examined: sealed and chained as any other, but
-never selected, so that no head moves and nothing becomes stale (docs/decisions/0008).
+never selected, so that no head moves and nothing becomes stale (docs/decisions/0010).
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -99,8 +99,8 @@ def verdict(states: Mapping[str, str], found: Sequence[Finding], results: Sequen
     if stale:
         return Verdict("stale", f"The result is out of date: {', '.join(stale)}.")
     if problems:
-        count = "a problem" if problems == 1 else f"{problems} problems"
-        return Verdict("doubtful", f"Oriented, but with {count}: read them before you use a number.")
+        what = "a problem: read it" if problems == 1 else f"{problems} problems: read them"
+        return Verdict("doubtful", f"Oriented, but with {what} before you use a number.")
     return Verdict("good", "Oriented; no problem was found.")
 
 

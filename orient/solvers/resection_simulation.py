@@ -89,10 +89,11 @@ def _drawn(problem: ResectionProblem, sigma0: float, generator: np.random.Genera
     n = len(problem.image)
     errors = np.linalg.cholesky(problem.image_cofactor) @ generator.standard_normal((n, 2, 1))
     own = np.linalg.pinv(problem.known.weight_root, rcond=1e-8) @ generator.standard_normal((n, 3, 1))
-    of_common = problem.common.shift(generator.standard_normal(problem.common.rank))
+    z = generator.standard_normal(problem.common.rank)  # one error of what is common, on the ground and in the image
     known: GroundKnowledge = problem.known
-    moved = known.given - sigma0 * (own[:, :, 0] + of_common)
-    return replace(problem, image=problem.image + sigma0 * errors[:, :, 0], known=replace(known, given=moved))
+    moved = known.given - sigma0 * (own[:, :, 0] + problem.common.shift(z))
+    image = problem.image + sigma0 * (errors[:, :, 0] - problem.common.image_shift(z))
+    return replace(problem, image=image, known=replace(known, given=moved))
 
 
 def _deviation(state: Orientation, truth: Orientation) -> FloatArray:

@@ -22,7 +22,10 @@ MILLIONTH = 1e-6
 
 
 def observed(name: str) -> tuple[Scene, ResectionObservations]:
-    """Twelve points of every kind: without error, weighted, plan-only, height-only, on a sheet with common errors."""
+    """Twelve points of every kind: without error, weighted, plan-only, height-only, on a sheet with common errors.
+
+    The film is uncertain in its place and its scale, by as much as a reading.
+    """
     random = generator(name)
     view = scene(random, n=12, rotation=looking(0.4, 0.3, 1.0), relief=0.2)
     up = np.array([0.0, 0.0, 1.0])
@@ -30,9 +33,11 @@ def observed(name: str) -> tuple[Scene, ResectionObservations]:
     free[4:8], weight[4:8] = np.eye(3), np.eye(3) * (SIGMA_MM / SIGMA_M) ** 2
     free[8:10] = np.outer(up, up)
     free[10:] = np.eye(3) - np.outer(up, up)
-    partials = np.zeros((12, 3, 2))
+    partials, by_image = np.zeros((12, 3, 4)), np.zeros((12, 2, 4))
     partials[5:9, 0, 0], partials[5:9, 1, 1] = 1.0, random.uniform(0.5, 2.0, 4)
-    common = CommonUnknowns(partials, np.diag([0.04, 0.09]) / SIGMA_MM**2, ("c1", "c2"))
+    by_image[:, 0, 2], by_image[:, :, 3] = 1.0, view.image / 100.0
+    cofactor = np.diag([0.04 / SIGMA_MM**2, 0.09 / SIGMA_MM**2, 2.0, 2.0])
+    common = CommonUnknowns(partials, cofactor, ("c1", "c2", "a0", "a1"), by_image)
     image = view.noisy(SIGMA_MM, random)
     ground = view.ground + (weight[:, :1, 0] > 0) * random.normal(size=(12, 3)) * SIGMA_M
     return view, ResectionObservations(image, view.unit, ground, view.f_mm, free, weight, common)
