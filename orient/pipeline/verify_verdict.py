@@ -87,6 +87,8 @@ class Verification:
         head = f"{len(computed)} results recomputed, {n} values"
         if not self.holds:
             return f"{self._first_fault()} ({self.faults} in all)"
+        if not computed:
+            return "nothing is computed yet, the lists are as sealed"
         if n == identical:
             return f"{head}, all bits equal"
         worst = max((v for v in computed if v.found.largest), key=lambda v: v.found.largest.rank)  # type: ignore[union-attr]

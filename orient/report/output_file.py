@@ -6,7 +6,7 @@ import stat
 from pathlib import Path
 
 from orient.errors import OrientError, UsageError
-from orient.store.new_file import sync_folder
+from orient.store.new_file import LONGEST_NAME, sync_folder
 
 SIDE_FILES = ("", "-journal", "-wal", "-shm")
 
@@ -19,6 +19,8 @@ def output_path(text: str, project: Path, force: bool) -> Path:
     if not text or "\0" in text:
         raise UsageError("the name of the output is empty or contains a zero byte", "Give the name of a file.")
     target = Path(os.path.abspath(text))  # noqa: PTH100  (a link is replaced, never written through)
+    if len(os.fsencode(target.name)) > LONGEST_NAME:
+        raise UsageError(f"the name {target.name[:40]}... is too long", "Give a shorter one.")
     if not target.parent.is_dir():
         raise UsageError(f"the folder {target.parent} does not exist", "Create it first.")
     if _is_own_input(target, project):

@@ -15,6 +15,9 @@ except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
 PREFIX, SUFFIX = ".orient-", ".new"
+SIDE_FILES = ("-journal", "-wal", "-shm")
+LONGEST_NAME = 240
+"""Bytes; file systems take 255, a journal beside it needs some."""
 
 
 def new_name(path: str | os.PathLike[str]) -> Path:
@@ -23,6 +26,10 @@ def new_name(path: str | os.PathLike[str]) -> Path:
     if not text or "\0" in text:
         raise UsageError("The name of the project is empty or contains a zero byte.", "Give the name of a file.")
     target = Path(os.path.abspath(text))  # noqa: PTH100  (links are not followed: a new file takes exactly this name)
+    if target.name.endswith(SIDE_FILES):
+        raise UsageError(f"{text}: such a name belongs to SQLite's own files beside a project.", "Give another name.")
+    if len(os.fsencode(target.name)) > LONGEST_NAME:
+        raise UsageError(f"the name {target.name[:40]}... is too long.", "Give a shorter one.")
     if os.path.lexists(target):
         raise ProjectError(f"{text} exists.", "Give a new name.")
     if not target.parent.is_dir():

@@ -178,3 +178,11 @@ def test_show_names_the_condition_that_fails(space: Path) -> None:
     assert "Pairs of points with the strongest correlation, 25 of 630" in said
     assert orient("sql", space, "ground-map", "--csv").out.count("\n") == 1 + 121
     assert orient("sql", space, "pairs", "--csv").out.count("\n") == 1 + 630
+
+
+def test_a_plot_never_mixes_versions(space: Path) -> None:
+    assert orient("resection", space, "--control", "fixed").code == 0
+    said = orient("plot", space, "accuracy", "-o", space.with_name("stale.svg"))
+    assert said.code == 1
+    assert said.err.startswith("orient: the results are out of date (covariance); a picture would mix versions")
+    assert not space.with_name("stale.svg").exists()

@@ -114,9 +114,10 @@ def errorless(folder: Path) -> Errorless:
     ground = ground_of(photo)
     frame = frame_of(tables["topocentric"]["topocentric_frame"][0], ground)
     seen, _ = resection.observations(tables["refine"], tables["topocentric"])
-    control = seen.only("control")
-    chain = resection.chain_of(control, tables, frame, ground, 0.004, settings("resection"))
-    found = resection._solve(photo, ground, frame, control, chain, settings("resection")).found
+    work, _, _ = resection._assignment(tables, settings("resection"))
+    control = work.control
+    chain = resection.chain_of(control, tables, frame, ground, work.sigma0, settings("resection"))
+    found = resection._solve(work, control, chain).found
     return Errorless(tables, frame, found, control, seen)
 
 

@@ -46,7 +46,7 @@ def adjusted(made: Scene, image: FloatArray) -> Resection:
     iterated = iterate(problem, Orientation(made.rotation, made.station, made.ground))
     assert iterated.termination is Termination.CONVERGED
     task = Task(problem, np.zeros(3), np.ones(POINTS, dtype=np.bool_), None, [], 1e-10, 50)
-    return resection_result(task, (iterated, iterated.termination), (), 1)
+    return resection_result(task, (iterated, iterated.termination), (), (), ())
 
 
 def judgement(made: Scene, found: Resection, image: FloatArray, limits: Limits) -> BlockTests:

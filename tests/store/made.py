@@ -25,9 +25,9 @@ INPUTS: dict[str, tuple[str, ...]] = {
     "resection": ("photo", "refine", "topocentric", "digitize"),
     "covariance": ("photo", "refine", "topocentric", "resection"),
     "absolute": ("photo", "model", "topocentric"),
-    "verify": ("photo",),
 }
-SELECTED = tuple(stage for stage in INPUTS if stage != "verify")
+EVIDENCE = {"verify": ("photo",)}
+"""Runs that are never selected."""
 LEFT_EMPTY = {("comparator_reading", "col_px"), ("comparator_reading", "row_px"), ("graticule_cross", "E_m")}
 EVENTS = (Event("info", "made", "p1", "made for a test", 0.1),)
 
@@ -67,7 +67,7 @@ def outcome_of(stage: str, seed: float = 0.5) -> Outcome:
 
 def new_run(project: Project, stage: str, seed: float = 0.5, outcome: Outcome | None = None) -> NewRun:
     heads = project.heads()
-    inputs = {role: heads[role] for role in INPUTS[stage] if role in heads}
+    inputs = {role: heads[role] for role in {**INPUTS, **EVIDENCE}[stage] if role in heads}
     outcome = outcome or outcome_of(stage, seed)
     digests = {role: run.output_digest for role, run in inputs.items()}
     basis = digests or {"content": output_digest(outcome.tables, outcome.events)}
@@ -76,7 +76,7 @@ def new_run(project: Project, stage: str, seed: float = 0.5, outcome: Outcome | 
     return NewRun(stage, 1, settings, ids, input_digest(stage, 1, settings, basis), outcome, ids, "tester", "a test")
 
 
-def fill(project: Project, stages: Sequence[str] = SELECTED) -> None:
+def fill(project: Project, stages: Sequence[str] = tuple(INPUTS)) -> None:
     for stage in stages:
         project.append(new_run(project, stage))
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from orient.errors import OrientError, ProjectError
+from orient.errors import OrientError, ProjectError, UsageError
 from orient.store.check import check_project
 from orient.store.copies import backup_project, receive_project
 from orient.store.new_file import PREFIX, SUFFIX, temporary_file
@@ -174,3 +174,11 @@ def test_what_a_killed_command_left_goes_with_the_next_one(full: Path) -> None:
         backup_project(full, full.with_name("copy.orient"))
         assert living.exists()
     assert beside(full) == {full.name, "copy.orient"}
+
+
+@pytest.mark.parametrize("name", ["house.orient-wal", "house.orient-journal", "other-shm", "a" * 300])
+def test_names_that_would_hurt_another_project_are_refused(full: Path, name: str) -> None:
+    for copy in (backup_project, receive_project):
+        with pytest.raises(UsageError, match="belongs to SQLite|too long"):
+            copy(full, full.with_name(name))
+    assert check_project(full).ok

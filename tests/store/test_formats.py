@@ -73,7 +73,7 @@ def test_an_upgraded_project_computes_only_what_changed_since(old: Path) -> None
         if not is_the_same or has_more or again.intersection(stage.inputs):
             again.add(stage.name)
     assert {result.stage for result in results if result.computed} == again
-    assert "absolute" in again and not again.intersection(("refine", "bl", "topocentric"))
+    assert "absolute" in again and not again.intersection(("bl", "topocentric"))
 
 
 def test_columns_of_a_later_format_without_values_do_not_change_a_digest() -> None:

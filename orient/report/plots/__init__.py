@@ -6,7 +6,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, cast
 
-from orient.errors import UsageError
+from orient.errors import OrientError, UsageError
 from orient.store.project import Project, open_project
 from orient.values import Tables
 
@@ -63,6 +63,12 @@ def _read(path: Path, plot: Plot) -> PlotData:
         missing = [stage for stage in plot.stages if stage not in heads]
         if missing:
             raise UsageError(f"the plot {plot.name} needs {', '.join(missing)}", f"Run: orient run {path}")
+        stale = {str(row[0]) for row in project.query("SELECT stage FROM v_stale WHERE is_stale")[1]}
+        if stale.intersection(plot.stages):
+            listed = ", ".join(stage for stage in plot.stages if stage in stale)
+            raise OrientError(
+                f"the results are out of date ({listed}); a picture would mix versions", f"Run: orient run {path}"
+            )
         return PlotData(_tables(project, plot), {stage: heads[stage].version for stage in plot.stages})
 
 

@@ -45,7 +45,7 @@ def draw(data: PlotData) -> "Figure":
     axes.set_xlim(0.0, 100.0)
     axes.set_xlabel("share of the variance, %; at the right sqrt((sX² + sY²)/2)")
     axes.tick_params(axis="y", length=0)
-    figure.legend(loc="outside upper center", ncols=4, fontsize=8, frameon=False, columnspacing=1.2)
+    figure.legend(loc="outside lower center", ncols=4, fontsize=8, frameon=False, columnspacing=1.2)
     return figure
 
 
