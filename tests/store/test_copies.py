@@ -179,6 +179,6 @@ def test_what_a_killed_command_left_goes_with_the_next_one(full: Path) -> None:
 @pytest.mark.parametrize("name", ["house.orient-wal", "house.orient-journal", "other-shm", "a" * 300])
 def test_names_that_would_hurt_another_project_are_refused(full: Path, name: str) -> None:
     for copy in (backup_project, receive_project):
-        with pytest.raises(UsageError, match="belongs to SQLite|too long"):
+        with pytest.raises(UsageError, match=r"belongs to SQLite|too long"):
             copy(full, full.with_name(name))
     assert check_project(full).ok
