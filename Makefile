@@ -37,7 +37,7 @@ types: $(STAMP) ## mypy, strict
 floors: $(STAMP) ## import contracts
 	$(BIN)/lint-imports
 
-schema: $(STAMP) ## write 0002_absolute.sql and schema.json from models.py, guards.sql, views.sql
+schema: $(STAMP) ## write 0003_evidence.sql and schema.json from models.py, guards.sql, views.sql
 	$(BIN)/python -m orient.store.schema_files
 
 docs: $(STAMP) ## write docs/cli.md and docs/schema.md from the code

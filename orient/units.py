@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Sequence
 
 RADIANS_PER_DEGREE = math.pi / 180.0
 DEGREES_PER_RADIAN = 180.0 / math.pi
@@ -28,6 +29,12 @@ def in_words(metres: float) -> str:
     if metres < 1.0:
         return f"{1000 * metres:.2g} mm"
     return f"{metres:,.4g} m" if metres < 10_000 else f"{metres / 1000:,.4g} km"
+
+
+def listed(names: Sequence[str], most: int = 10) -> str:
+    """`A, B, C and 7 more`."""
+    text = ", ".join(names[:most])
+    return text + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
 def wrap_half_turn(angle: float) -> float:

@@ -41,9 +41,7 @@ def show(
 ) -> None:
     """The result of a stage: what to know first, then the numbers. Exit code 1 if this version failed."""
     from orient.report.show import show_stage
-    from orient.report.status import final_stage
 
-    stage = stage or final_stage(project)
     if not show_stage(project, stage, version, as_json):
         raise typer.Exit(1)
 

@@ -22,7 +22,6 @@ def register(app: typer.Typer) -> None:
 
 LARGEST_TOLERANCE = 1e-4
 SMALLEST_SIGMA, LARGEST_SIGMA = 1e-12, 1e8
-LARGEST_SIGMA_M = 1e8
 
 Exclude = Annotated[
     str | None,
@@ -57,8 +56,8 @@ def _small(value: float | None) -> float | None:
 
 
 def _height_sigma(value: float | None) -> float | None:
-    if value is not None and not (math.isfinite(value) and 0 <= value <= LARGEST_SIGMA_M):
-        raise typer.BadParameter(f"{value} is not between 0 and {LARGEST_SIGMA_M:g} m.")
+    if value is not None and not (math.isfinite(value) and 0 <= value <= LARGEST_SIGMA):
+        raise typer.BadParameter(f"{value} is not between 0 and {LARGEST_SIGMA:g} m.")
     return value
 
 
@@ -284,7 +283,7 @@ def covariance(
     project: ProjectPath,
     message: Reason = "covariance",
     again: Again = False,
-    pairs: Annotated[bool | None, typer.Option("--pairs/--no-pairs", help="Also between all pairs of points.")] = None,
+    pairs: Pairs = None,
     map_side: Annotated[
         int | None,
         typer.Option("--map-side", min=2, max=101, help="Places along each side of the frame in the map of accuracy."),

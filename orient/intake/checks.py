@@ -2,6 +2,7 @@
 
 from collections.abc import Hashable, Sequence
 
+from orient import units
 from orient.intake.cells import CellReader
 from orient.intake.findings import Findings, shown
 from orient.values import Row
@@ -48,5 +49,4 @@ def check_weights(file: str, rows: Sequence[Row], columns: Sequence[str], findin
 
 def listed(names: Sequence[str]) -> str:
     """`A, B, C and 7 more`."""
-    text = ", ".join(shown(name) for name in names[:LISTED_NAMES])
-    return text + (f" and {len(names) - LISTED_NAMES} more" if len(names) > LISTED_NAMES else "")
+    return units.listed([shown(name) for name in names], LISTED_NAMES)

@@ -21,6 +21,7 @@ from orient.solvers.absolute_orientation import orient_model
 from orient.solvers.absolute_result import AbsoluteOrientation
 from orient.solvers.absolute_small_angles import orient_by_small_angles
 from orient.solvers.engines import Engine
+from orient.units import listed
 from orient.values import Event, Outcome, Row, Settings, Tables
 
 HEIGHT_TOLERANCE_M = 1e-3
@@ -150,9 +151,9 @@ def _unused(topocentric: Tables, zones: Sequence[Zone]) -> list[Event]:
     alone = [point for point in names(topocentric["topocentric_point"]) if point not in in_model]
     if not alone:
         return []
-    listed = ", ".join(alone[:NAMED]) + (f" and {len(alone) - NAMED} more" if len(alone) > NAMED else "")
-    message = f"{len(alone)} points have ground coordinates but are not in the model, not used: {listed}"
-    return [Event("warning", "not_in_model", listed, message, float(len(alone)))]
+    told = listed(alone)
+    message = f"{len(alone)} points have ground coordinates but are not in the model, not used: {told}"
+    return [Event("warning", "not_in_model", told, message, float(len(alone)))]
 
 
 def _disagreements(rows: Sequence[Row]) -> list[Event]:

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.special import chdtrc
 
 from orient.pipeline.absolute_zone import Errors, Zone
-from orient.pipeline.findings import GLOBAL_TEST_LEVEL, STRONG_CORRELATION
+from orient.pipeline.findings import GLOBAL_TEST_LEVEL, STRONG_CORRELATION, in_stored_names
 from orient.pipeline.frames import Frame
 from orient.solvers.absolute_result import AbsoluteOrientation
 from orient.solvers.absolute_small_angles import SmallAngleOrientation
@@ -24,7 +24,7 @@ def absolute_findings(zone: Zone, found: AbsoluteOrientation, frame: Frame, erro
     if found.undetermined:
         word = "hardly" if found.is_result else "not"
         why = f"; {found.cause}" if found.cause else ""
-        message = f"zone {zone.name}: {word} determined: {_in_stored_names(found.undetermined, frame)}{why}"
+        message = f"zone {zone.name}: {word} determined: {in_stored_names(found.undetermined, frame, SOLVER_NAME)}{why}"
         severity, code = ("warning", "weak_geometry") if found.is_result else ("error", "singular")
         events.append(Event(severity, code, zone.name, message, found.condition_ratio))  # type: ignore[arg-type]
     if found.is_mirrored:
@@ -36,7 +36,7 @@ def failure(zone: Zone, found: AbsoluteOrientation, frame: Frame) -> tuple[str, 
     """Why this is no result, and the remedy; None for a result."""
     if not found.is_result:
         code = "MIRRORED" if found.is_mirrored else found.termination.value
-        return f"zone {zone.name}: {code}: {_in_stored_names(found.message, frame)}", _hint(found)
+        return f"zone {zone.name}: {code}: {in_stored_names(found.message, frame, SOLVER_NAME)}", _hint(found)
     rms, extent = _misfit(zone, found, frame)
     if rms <= NO_FIT * extent:
         return None
@@ -98,21 +98,10 @@ def _of_a_result(zone: Zone, found: AbsoluteOrientation, frame: Frame, errors: E
         events.append(Event(kind, code, zone.name, message, tilt))  # type: ignore[arg-type]
     for first, second, correlation in found.weak:
         if abs(correlation) > STRONG_CORRELATION:
-            subject = _in_stored_names(f"{first} and {second}", frame)
+            subject = in_stored_names(f"{first} and {second}", frame, SOLVER_NAME)
             message = f"{head} {subject} are correlated by {correlation:+.4f}"
             events.append(Event("info", "correlation", zone.name, message, correlation))
     return events
-
-
-def _in_stored_names(text: str, frame: Frame) -> str:
-    """The solver's unknowns (X east, Y north) in the words of the stored frame."""
-    if frame.origin is None:
-        words = {"r_X": "the rotation about X", "r_Y": "the rotation about Y", "r_Z": "the rotation about Z"}
-    else:
-        words = {"r_X": "the tilt about grid east", "r_Y": "the tilt about grid north", "r_Z": "the turn about up"}
-    if frame.partner[0, 1]:
-        words |= {"X_0": "Y_0", "Y_0": "X_0"}
-    return SOLVER_NAME.sub(lambda match: words.get(match.group(), match.group()), text)
 
 
 def _hint(found: AbsoluteOrientation) -> str:

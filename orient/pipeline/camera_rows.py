@@ -8,6 +8,7 @@ import numpy as np
 from orient.geometry.distortion import fold_radius
 from orient.pipeline.calibration import significance, strongest_correlation
 from orient.pipeline.camera import unit_of
+from orient.pipeline.known_elements import contradiction
 from orient.pipeline.tables import number, or_none, required
 from orient.solvers.camera_unknowns import CameraUnknowns
 from orient.solvers.resection import Resection
@@ -81,11 +82,9 @@ def camera_events(
 def _contradictions(rows: Sequence[Row]) -> list[Event]:
     events = []
     for row in rows:
-        sigma, share = number(row, "sigma_apriori"), number(row, "redundancy_number")
-        if sigma is None or share is None or share < SMALLEST_SHARE:
-            continue
-        normalised = required(row, "correction") / (sigma * share**0.5)
-        if abs(normalised) > CONTRADICTION:
+        sigma = number(row, "sigma_apriori")
+        normalised = contradiction(required(row, "correction"), sigma, number(row, "redundancy_number"))
+        if normalised is not None:
             message = (
                 f"{row['unknown']} of photo.toml, {row['value_apriori']:.6g} +- {sigma:.2g} {row['unit']}, contradicts "
                 f"the photo ({abs(normalised):.1f} sigmas): check it, or free it with --free-camera"

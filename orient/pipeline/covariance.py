@@ -17,6 +17,7 @@ from orient.pipeline.ground import ground_of
 from orient.pipeline.ground_accuracy import frame_places, map_rows
 from orient.pipeline.ground_budget import ELEMENTS, budget_rows
 from orient.pipeline.normal_case import Case, normal_case_tables
+from orient.pipeline.observations import Observations, observations
 from orient.pipeline.oriented import Oriented, oriented_by
 from orient.pipeline.plan_covariance import (
     PlanCovariance,
@@ -26,7 +27,6 @@ from orient.pipeline.plan_covariance import (
     plan_covariance,
     scale_columns,
 )
-from orient.pipeline.resection import Observations, observations
 from orient.pipeline.tables import Array, columns, covariances, or_none, required, single
 from orient.solvers.ground_covariance import (
     RayJacobians,

@@ -4,12 +4,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from orient.geometry.rotation import aok_by_rotation, near_blind_aok, opk_by_rotation
 from orient.pipeline.ground_budget import ELEMENTS
 from orient.pipeline.oriented import Oriented
 from orient.pipeline.tables import Array
 from orient.solvers.ground_covariance import symmetric_factor
 from orient.solvers.mishchenko import variance_of_uses
+from orient.solvers.predicted_orientation import named_angles
 from orient.values import Row
 
 RIGHT, DIAGONAL = "six elements", "standard deviations only"
@@ -22,20 +22,14 @@ def use_rows(oriented: Oriented, C: Array) -> list[Row]:
     `C` (n, 2, 6): partials of the plan position of n points by (r, S). The elements are those that people use: the
     station, and alpha, omega, kappa (near their blind view omega, phi, kappa).
     """
-    angles, J = _named(oriented.rotation)
+    angles, by_rotation = named_angles(oriented.rotation)
+    J = np.eye(ELEMENTS)
+    J[:3, :3] = by_rotation
     names = (*angles, *STATION)
     factor = J @ symmetric_factor(oriented.covariance)
     full, diagonal, alone = variance_of_uses(C @ np.linalg.inv(J), factor, _groups(names))
     variances = {RIGHT: full, DIAGONAL: diagonal, **alone}
     return [_row(use, variance, full) for use, variance in variances.items()]
-
-
-def _named(rotation: Array) -> tuple[tuple[str, ...], Array]:
-    """Names of the angles, J (6, 6) = d(angles, S)/d(r, S)."""
-    blind = near_blind_aok(rotation)
-    J = np.eye(ELEMENTS)
-    J[:3, :3] = opk_by_rotation(rotation) if blind else aok_by_rotation(rotation)
-    return ("omega", "phi", "kappa") if blind else ("alpha", "omega", "kappa"), J
 
 
 def _groups(names: Sequence[str]) -> Mapping[str, Sequence[int]]:

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 from orient.errors import OrientError
 from orient.solvers.snooping import Decision
+from orient.units import listed
 from orient.values import Event, Row, Scalar, Settings, Severity
 
 NAMED = 3
@@ -100,11 +101,10 @@ def snooping_events(rows: Sequence[Row], surprise: float) -> list[Event]:
 def _proposals(rows: Sequence[Row], surprise: float) -> list[Event]:
     if not rows:
         return []
-    told = [f"{row['point']} ({row['reason']})" for row in rows[:NAMED]]
-    more = f" and {len(rows) - NAMED} more" if len(rows) > NAMED else ""
+    told = listed([f"{row['point']} ({row['reason']})" for row in rows], NAMED)
     be = "is" if len(rows) == 1 else "are"
     subject = ", ".join(str(row["point"]) for row in rows)
-    message = f"{', '.join(told)}{more} {be} suspected of a gross error and kept"
+    message = f"{told} {be} suspected of a gross error and kept"
     if surprise < SURPRISE:
         return [Event("warning", "suspect", subject, message, _number(rows[0]))]
     message += f"; with so many tests a good photo shows one in {100 * surprise:.0f} % of the cases"

@@ -118,12 +118,12 @@ def _correlations(found: Resection, frame: Frame) -> list[Event]:
     return [Event("info", "correlation", "", message, strong[0][2])]
 
 
-def in_stored_names(text: str, frame: Frame) -> str:
-    """The solver's unknowns (X east, Y north) in the words of the stored frame."""
+def in_stored_names(text: str, frame: Frame, names: re.Pattern[str] = SOLVER_NAME) -> str:
+    """The solver's unknowns (X east, Y north) in the words of the stored frame; `names` finds them in the text."""
     if frame.origin is None:
         words = {"r_X": "the rotation about X", "r_Y": "the rotation about Y", "r_Z": "the rotation about Z"}
     else:
         words = {"r_X": "the tilt about grid east", "r_Y": "the tilt about grid north", "r_Z": "the turn about up"}
     if frame.partner[0, 1]:
-        words |= {"X": "Y", "Y": "X", "X_S": "Y_S", "Y_S": "X_S"}
-    return SOLVER_NAME.sub(lambda match: words.get(match.group(), match.group()), text)
+        words |= {f"{axis}{tail}": f"{other}{tail}" for axis, other in ("XY", "YX") for tail in ("", "_S", "_0")}
+    return names.sub(lambda match: words.get(match.group(), match.group()), text)

@@ -77,24 +77,23 @@ class RayUnknowns:
         interior orientation [mm].
         """
         shift = image_shift(self.interior, self.adjusted, comparator)
-        H = np.zeros((len(image), 2, 0)) if self.interior is None else self.interior.by_image(comparator)
-        if self.camera is None:
-            return SeenImage(image + shift, np.broadcast_to(np.eye(2), (len(image), 2, 2)), H)
-        camera, names = self.camera
-        seen, by_reading, by_camera = camera_effect(camera, names, measured, shift)
-        return SeenImage(seen, by_reading, np.concatenate([by_camera, by_reading @ H], axis=2))
+        return self._through_camera(image + shift, comparator, measured, shift)
 
     def at_places(self, places: Array, comparator: Array, principal_point: Array) -> SeenImage:
         """The same for `places` (n, 2) of the frame about the principal point: readings where the camera is estimated.
 
         Of a known camera they are corrected coordinates: the distortion at the edge of the frame is left out.
         """
-        H = np.zeros((len(places), 2, 0)) if self.interior is None else self.interior.by_image(comparator)
+        nothing = np.zeros_like(places)
+        return self._through_camera(places, comparator, Measured(places + principal_point, nothing), nothing)
+
+    def _through_camera(self, image: Array, comparator: Array, measured: Measured, shift: Array) -> SeenImage:
+        """`image` (n, 2) where the camera is known, else `measured` moved by `shift` through the estimated one."""
+        H = np.zeros((len(image), 2, 0)) if self.interior is None else self.interior.by_image(comparator)
         if self.camera is None:
-            return SeenImage(places, np.broadcast_to(np.eye(2), (len(places), 2, 2)), H)
+            return SeenImage(image, np.broadcast_to(np.eye(2), (len(image), 2, 2)), H)
         camera, names = self.camera
-        measured = Measured(places + principal_point, np.zeros_like(places))
-        seen, by_reading, by_camera = camera_effect(camera, names, measured, np.zeros_like(places))
+        seen, by_reading, by_camera = camera_effect(camera, names, measured, shift)
         return SeenImage(seen, by_reading, np.concatenate([by_camera, by_reading @ H], axis=2))
 
     def comparator(self, in_frame: Array) -> Array:
@@ -108,13 +107,17 @@ def ray_unknowns_of(photo: Tables, refine: Tables, resection: Tables, frame: Fra
     """As the stage `resection` stored them."""
     adjusted = resection.get("adjusted_interior", ())
     unknowns = "ray" if adjusted else "rotation"
-    whole = _matrix([row for row in resection["cofactor"] if row["unknowns"] == unknowns], frame)
-    parts = {source: _matrix(rows, frame) for source, rows in group(resection["source_cofactor"], "source").items()}
+    whole = right_handed_cofactors([row for row in resection["cofactor"] if row["unknowns"] == unknowns], frame)
+    parts = {
+        source: right_handed_cofactors(rows, frame)
+        for source, rows in group(resection["source_cofactor"], "source").items()
+    }
     camera = adjusted_camera(single(photo, "photo"), photo, resection)
     return RayUnknowns(whole, parts, interior_unknowns(refine) if adjusted else None, adjusted, camera)
 
 
-def _matrix(rows: Sequence[Row], frame: Frame) -> Array:
+def right_handed_cofactors(rows: Sequence[Row], frame: Frame) -> Array:
+    """Packed rows of r, S and what follows, from the stored frame back to the right-handed one."""
     stored = unpack_upper(np.array([required(row, "value") for row in rows]))
     turn = np.eye(len(stored))
     turn[3:6, 3:6] = frame.partner

@@ -7,13 +7,15 @@ import numpy as np
 
 from orient.geometry.rotation import aok_by_rotation, aok_from_matrix, opk_by_rotation, opk_from_matrix
 from orient.pipeline.frames import Frame
-from orient.pipeline.tables import Array, required
+from orient.pipeline.tables import Array, number, required
 from orient.solvers.element_observations import ElementObservation, Misclosure, along
 from orient.units import DEGREES_PER_RADIAN, RADIANS_PER_DEGREE, wrap_half_turn
 from orient.values import Event, Row
 
 LOCAL, GEOGRAPHIC = ("X_S", "Y_S", "Z_S"), ("B_S", "L_S", "H_S")
-CONTRADICTION, SMALLEST_SHARE = 3.29, 1e-6
+CONTRADICTION = 3.29
+"""|w| that a right value exceeds with a chance of 0.1 %."""
+SMALLEST_SHARE = 1e-6
 ANGLES = {"aok": ("alpha", "omega", "kappa"), "opk": ("omega", "phi", "kappa")}
 
 
@@ -65,17 +67,22 @@ def known_events(rows: Sequence[Row]) -> list[Event]:
     """What was known and does not fit the photo: v / (sigma sqrt(r)) beyond 3.29, chance 0.1 %."""
     events = []
     for row in rows:
-        share = required(row, "redundancy_number")
-        if share < SMALLEST_SHARE:
-            continue
-        normalised = required(row, "v") / (required(row, "sigma") * share**0.5)
-        if abs(normalised) > CONTRADICTION:
+        normalised = contradiction(required(row, "v"), number(row, "sigma"), number(row, "redundancy_number"))
+        if normalised is not None:
             message = (
                 f"{row['quantity']} of [known] misses the photo by {abs(required(row, 'v')):.3g} {row['unit']} "
                 f"({abs(normalised):.1f} sigmas): check it and its axes"
             )
             events.append(Event("warning", "known_contradicted", str(row["quantity"]), message, normalised))
     return events
+
+
+def contradiction(v: float, sigma: float | None, share: float | None) -> float | None:
+    """v / (sigma sqrt(r)) where that is beyond 3.29; None where it fits, or where nothing checks it."""
+    if sigma is None or share is None or share < SMALLEST_SHARE:
+        return None
+    normalised = v / (sigma * share**0.5)
+    return normalised if abs(normalised) > CONTRADICTION else None
 
 
 def _fixed_station(by_name: dict[str, Row], frame: Frame) -> Array | None:

@@ -2,13 +2,10 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from orient.geometry.rotation import matrix_from_quaternion
 from orient.pipeline.frames import Frame
-from orient.pipeline.ground_budget import ELEMENTS, RayUnknowns, ray_unknowns_of
+from orient.pipeline.ground_budget import ELEMENTS, RayUnknowns, ray_unknowns_of, right_handed_cofactors
 from orient.pipeline.tables import Array, columns, required, single
-from orient.solvers.packed import unpack_upper
 from orient.values import Tables
 
 
@@ -37,17 +34,13 @@ class Oriented:
 def oriented_by(photo: Tables, refine: Tables, resection: Tables, frame: Frame) -> Oriented:
     """The orientation that the stage `resection` stored; elements r (right-handed ground axes), X_S, Y_S, Z_S."""
     row = single(resection, "orientation")
-    packed = [required(entry, "value") for entry in resection["cofactor"] if entry["unknowns"] == "rotation"]
-    whole = unpack_upper(np.array(packed))
-    to_right_handed = np.eye(ELEMENTS)
-    to_right_handed[3:, 3:] = frame.partner
     scale = required(row, "variance_scale")
-    Q = to_right_handed @ whole[:ELEMENTS, :ELEMENTS] @ to_right_handed
+    Q = right_handed_cofactors([entry for entry in resection["cofactor"] if entry["unknowns"] == "rotation"], frame)
     return Oriented(
         station=frame.right_handed(columns([row], "X_S_m", "Y_S_m", "Z_S_m")[0]),
         rotation=matrix_from_quaternion(columns([row], "q_w", "q_x", "q_y", "q_z")[0]),
         f_mm=required(row, "f_mm"),
-        covariance=scale * Q,
+        covariance=scale * Q[:ELEMENTS, :ELEMENTS],
         scale=scale / required(row, "sigma0_apriori_mm") ** 2,
         variance_scale=scale,
         rays=ray_unknowns_of(photo, refine, resection, frame),

@@ -19,6 +19,7 @@ from orient.pipeline.frames import Frame, frame_of
 from orient.pipeline.ground import Ground, ground_of
 from orient.pipeline.interior_unknowns import adjusted_interior_rows, image_shift, interior_unknowns
 from orient.pipeline.known_elements import KnownElements, known_elements, known_events, known_residual_rows
+from orient.pipeline.observations import Observations, observations, on_their_height
 from orient.pipeline.resection_blunders import Chosen, Solved, Task, choose_control
 from orient.pipeline.resection_control import check_line, without_far_points
 from orient.pipeline.resection_rows import result_tables
@@ -41,49 +42,6 @@ MAX_HEIGHT_ROUNDS = 10
 MICROMETRES = 1000.0
 NAMED = 10
 """Points that one event names; the tables hold all of them."""
-
-
-@dataclass(frozen=True, slots=True)
-class Observations:
-    """Points that are both measured on the photo and placed on the ground, in the frame of T'.
-
-    `comparator` (n, 2) [mm]: before the interior orientation.
-    """
-
-    points: Sequence[str]
-    roles: Sequence[str]
-    image: Array
-    image_covariance: Array
-    comparator: Array
-    rows: Sequence[Row]
-    image_rows: Sequence[Row] = ()
-
-    def only(self, role: str) -> "Observations":
-        return self.at([index for index, value in enumerate(self.roles) if value == role])
-
-    def at(self, keep: Sequence[int]) -> "Observations":
-        """The points at these places of the list."""
-        return Observations(
-            [self.points[index] for index in keep],
-            [self.roles[index] for index in keep],
-            self.image[keep],
-            self.image_covariance[keep],
-            self.comparator[keep],
-            [self.rows[index] for index in keep],
-            [self.image_rows[index] for index in keep] if self.image_rows else (),
-        )
-
-    @property
-    def ground(self) -> Array:
-        return columns(self.rows, "X_m", "Y_m", "Z_m")
-
-    @property
-    def up(self) -> Array:
-        return columns(self.rows, "up_X", "up_Y", "up_Z")
-
-    @property
-    def known(self) -> Array:
-        return np.array([str(row["known"]) for row in self.rows])
 
 
 @dataclass(frozen=True, slots=True)
@@ -269,39 +227,6 @@ def _shared(
     return common_coefficients(control.rows, digitize, frame, ground)
 
 
-def observations(refine: Tables, topocentric: Tables) -> tuple[Observations, list[Event]]:
-    """Pairs readings with ground points by name, and says what found no partner."""
-    image = {str(row["point"]): row for row in refine["image_point"]}
-    ground = {str(row["point"]): row for row in topocentric["topocentric_point"]}
-    both = [point for point in image if point in ground]
-    events = [
-        *_unused(image, ground, "no_control", "are measured on the photo but have no ground coordinates, not used"),
-        *_unused(ground, image, "not_measured", "have ground coordinates but are not measured on the photo, not used"),
-    ]
-    rows = [image[point] for point in both]
-    packed = columns(rows, "cov_xx_mm2", "cov_xy_mm2", "cov_xy_mm2", "cov_yy_mm2")
-    seen = Observations(
-        points=both,
-        roles=[str(ground[point]["role"]) for point in both],
-        image=columns(rows, "x_mm", "y_mm"),
-        image_covariance=packed.reshape(-1, 2, 2),
-        comparator=columns(rows, "x_comparator_mm", "y_comparator_mm"),
-        rows=[ground[point] for point in both],
-        image_rows=rows,
-    )
-    return seen, events
-
-
-def _unused(here: Mapping[str, Row], there: Mapping[str, Row], code: str, message: str) -> list[Event]:
-    """One event for all points that have no partner."""
-    alone = [point for point in here if point not in there]
-    if not alone:
-        return []
-    more = f" and {len(alone) - NAMED} more" if len(alone) > NAMED else ""
-    listed = ", ".join(alone[:NAMED]) + more
-    return [Event("warning", code, listed, f"{len(alone)} points {message}: {listed}", float(len(alone)))]
-
-
 def _require_enough(control: Observations) -> None:
     full = [name for name, known in zip(control.points, control.known, strict=True) if known == "XYZ"]
     if len(full) < MINIMUM_POINTS:
@@ -346,7 +271,9 @@ def _solve(work: Assignment, control: Observations, chain: Chain, start: tuple[A
         solved = Solved(found, control, chain, place, up, free, weight)
         if not height_only.any() or found.termination != "CONVERGED" or frame.origin is None:
             return solved
-        place, up, lift = _on_their_height(found, frame, work.ground, control, place, up)
+        moved, up = on_their_height(control, place, frame.right_handed(found.ground), frame)
+        lift = float(np.linalg.norm(moved - place, axis=1).max())
+        place = moved
         if lift < HEIGHT_TOLERANCE_M:
             return solved
     return solved
@@ -371,20 +298,6 @@ def _scene(work: Assignment, solved: Solved, full: list[int]) -> Scene:
 
 def _camera_above(photo: Row) -> Array | None:
     return None if photo["platform"] == "terrestrial" else np.array([0.0, 0.0, 1.0])
-
-
-def _on_their_height(
-    found: Resection, frame: Frame, ground: Ground, control: Observations, place: Array, up: Array
-) -> tuple[Array, Array, float]:
-    """Height-only points moved to the given height over their adjusted plan position; and by how much they moved."""
-    index = np.flatnonzero(control.known == "height")
-    given = frame.geographic(place[index])[:, 2]
-    adjusted = frame.geographic(frame.right_handed(found.ground[index]))
-    moved, verticals = place.copy(), up.copy()
-    moved[index] = frame.from_geographic(adjusted[:, 0], adjusted[:, 1], given)
-    above = frame.from_geographic(adjusted[:, 0], adjusted[:, 1], given + 1.0)
-    verticals[index] = above - moved[index]
-    return moved, verticals, float(np.linalg.norm(moved - place, axis=1).max())
 
 
 def _approximate_station(photo: Row, frame: Frame, ground: Ground) -> Array | None:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +10,7 @@ from orient.errors import OrientError
 from orient.pipeline.chain import Chain
 from orient.pipeline.exclusions import by_hand
 from orient.pipeline.frames import Frame
+from orient.pipeline.observations import Observations
 from orient.pipeline.tables import Array
 from orient.pipeline.weights import ground_weights
 from orient.solvers.common_unknowns import WhitenedCommon, whitened
@@ -31,9 +31,6 @@ from orient.solvers.robust_resection import triple_misfits
 from orient.solvers.snooping import MOST_PROPOSALS, MOST_ROUNDS, Decision, Verdicts, fit_probability, snoop
 from orient.values import Settings
 
-if TYPE_CHECKING:
-    from orient.pipeline.resection import Observations
-
 Mask = NDArray[np.bool_]
 
 AGREEING = 4
@@ -45,7 +42,7 @@ class Solved:
     """One resection with what went into it: points, verticals, projectors and weights of its last round, in T'."""
 
     found: Resection
-    control: "Observations"
+    control: Observations
     chain: Chain
     place: Array
     up: Array
@@ -61,7 +58,7 @@ class Task:
     """
 
     frame: Frame
-    control: "Observations"
+    control: Observations
     chain: Chain
     f_mm: float
     settings: Settings

@@ -6,6 +6,7 @@ import numpy as np
 
 from orient.errors import GeometryError
 from orient.pipeline.tables import Array
+from orient.solvers.resection_checks import width_and_length
 from orient.units import in_words
 from orient.values import Event
 
@@ -18,11 +19,7 @@ ENOUGH = 4
 
 def check_line(ground: Array) -> None:
     """Refuse control points (n, 3) [m] that lie on a line, or so near to one that nothing would hold the photo."""
-    centred = ground - ground.mean(axis=0)
-    axis = np.linalg.svd(centred, full_matrices=False)[2][0]
-    along = centred @ axis
-    off = float(np.max(np.linalg.norm(centred - along[:, None] * axis, axis=1)))
-    length = float(np.ptp(along))
+    off, length = width_and_length(ground)
     if off <= LINE * length:
         raise GeometryError(
             f"control points lie on a line (off by {in_words(off)} in {in_words(length)}): "

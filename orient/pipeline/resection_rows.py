@@ -1,7 +1,6 @@
 """A resection's numbers as rows of the project file, in the frame of T'."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,14 +17,12 @@ from orient.geometry.rotation import (
 )
 from orient.pipeline.camera import measured_of
 from orient.pipeline.frames import Frame
+from orient.pipeline.observations import Observations
 from orient.pipeline.tables import COVARIANCE_PARTS, UPPER_3, Array, columns, named_packed_rows, or_none
 from orient.solvers.camera_unknowns import CameraUnknowns
 from orient.solvers.resection import Resection
 from orient.units import DEGREES_PER_RADIAN
 from orient.values import Row
-
-if TYPE_CHECKING:
-    from orient.pipeline.resection import Observations
 
 ANGLES_AOK = ("alpha", "omega", "kappa")
 ANGLES_OPK = ("omega", "phi", "kappa")
@@ -38,8 +35,8 @@ Rows = list[dict[str, str | int | float | None]]
 def result_tables(
     found: Resection,
     frame: Frame,
-    control: "Observations",
-    others: Sequence["Observations"],
+    control: Observations,
+    others: Sequence[Observations],
     sigma0: float,
     use_posteriori: bool,
     interior: CameraUnknowns | None = None,
@@ -144,7 +141,7 @@ def _packed_rows(unknowns: str, unknown_names: Sequence[str], matrix: Array) -> 
     return [{"unknowns": unknowns, **row} for row in named_packed_rows(matrix, unknown_names)]
 
 
-def _control_residuals(found: Resection, control: "Observations") -> Rows:
+def _control_residuals(found: Resection, control: Observations) -> Rows:
     return [
         {
             "point": point,
@@ -158,7 +155,7 @@ def _control_residuals(found: Resection, control: "Observations") -> Rows:
     ]
 
 
-def _other_residuals(found: Resection, frame: Frame, check: "Observations", interior: CameraUnknowns | None) -> Rows:
+def _other_residuals(found: Resection, frame: Frame, check: Observations, interior: CameraUnknowns | None) -> Rows:
     """Computed minus measured at check or excluded points; partly given ones cannot be compared."""
     full = [index for index, known in enumerate(check.known) if known == "XYZ"]
     if not full:
@@ -185,7 +182,7 @@ def _other_residuals(found: Resection, frame: Frame, check: "Observations", inte
     ]
 
 
-def _adjusted_rows(found: Resection, frame: Frame, control: "Observations") -> Rows:
+def _adjusted_rows(found: Resection, frame: Frame, control: Observations) -> Rows:
     if found.iterations[-1].ground is None:
         return []
     place, cofactor = frame.right_handed(found.ground), frame.right_handed_matrix(found.ground_cofactors)

@@ -15,7 +15,7 @@ from orient.pipeline.test_rows import adjustment_row, point_rows, verdict
 from orient.solvers.critical_values import ALPHA0, chance
 from orient.solvers.reliability import BlockTests, block_statistic, most_correlated
 from orient.solvers.resection_reliability import IMAGE, far_apart, largest_ground_shift
-from orient.units import DEGREES_PER_RADIAN
+from orient.units import DEGREES_PER_RADIAN, listed
 from orient.values import Event, Row, Scalar, Tables
 
 AXES = (("image", "x", "mm"), ("image", "y", "mm"), ("ground", "X", "m"), ("ground", "Y", "m"), ("ground", "Z", "m"))
@@ -82,10 +82,9 @@ def _exclusions(task: Task, chosen: Chosen) -> list[Row]:
 
 def _robust_event(task: Task, chosen: Chosen) -> Event:
     names = [task.control.points[i] for i in chosen.by_robust]
-    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
     message = (
         f"robust estimation left out {len(names)} of {len(task.control.points)} control points: "
-        f"{', '.join(names[:NAMED])}{more}; the result is a plain adjustment of the others"
+        f"{listed(names, NAMED)}; the result is a plain adjustment of the others"
     )
     return Event("warning", "robust", ", ".join(names[:NAMED]), message, float(len(names)))
 
@@ -230,8 +229,7 @@ def _unchecked(rows: Sequence[Row]) -> list[Event]:
             dict.fromkeys(str(row["point"]) for row in rows if row["kind"] == "image" and row["verdict"] == word)
         )
         if points:
-            more = f" and {len(points) - NAMED} more" if len(points) > NAMED else ""
             what = "a gross error in them does not show" if code == "not_checked" else "r < 0.1"
-            message = f"{word} by the other points ({what}): {', '.join(points[:NAMED])}{more}"
+            message = f"{word} by the other points ({what}): {listed(points, NAMED)}"
             events.append(Event("info", code, ", ".join(points[:NAMED]), message, float(len(points))))
     return events

@@ -3,13 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from orient.geometry.rotation import matrix_from_quaternion
 from orient.pipeline.camera import is_estimated
-from orient.pipeline.frames import Frame, frame_of
+from orient.pipeline.frames import frame_of
 from orient.pipeline.ground import ground_of
-from orient.pipeline.resection import Observations, chain_of, observations
+from orient.pipeline.observations import Observations, observations, on_their_height
+from orient.pipeline.resection import chain_of
 from orient.pipeline.tables import Array, columns, required, single
 from orient.pipeline.weights import ground_weights
 from orient.solvers.independent_resection import ResectionObservations
@@ -49,7 +48,7 @@ def resection_observations(inputs: Mapping[str, Tables], settings: Settings, sto
     sigma0 = required(photo, "sigma_image_mm")
     chain = chain_of(control, inputs, frame, ground, sigma0, settings)
     adjusted = _adjusted(control, stored)
-    place, up = _on_their_height(control, adjusted, frame)
+    place, up = on_their_height(control, control.ground, adjusted, frame)
     own = None if chain.shared is None else chain.shared.own
     free, weight = ground_weights(control.rows, str(settings["control"]), sigma0, own).at(up)
     given = ResectionObservations(
@@ -78,15 +77,3 @@ def _adjusted(control: Observations, stored: Tables) -> Array:
     by_point: dict[str, Row] = {str(row["point"]): row for row in stored.get("adjusted_point", ())}
     rows = [by_point.get(point, given) for point, given in zip(control.points, control.rows, strict=True)]
     return columns(rows, "X_m", "Y_m", "Z_m")
-
-
-def _on_their_height(control: Observations, adjusted: Array, frame: Frame) -> tuple[Array, Array]:
-    """Places and verticals; height-only points stand on the surface of their height, over their adjusted position."""
-    place, up = control.ground.copy(), control.up.copy()
-    index = np.flatnonzero(control.known == "height")
-    if len(index) and frame.origin is not None:
-        height = frame.geographic(place[index])[:, 2]
-        latitude, longitude, _ = frame.geographic(adjusted[index]).T
-        place[index] = frame.from_geographic(latitude, longitude, height)
-        up[index] = frame.from_geographic(latitude, longitude, height + 1.0) - place[index]
-    return place, up

@@ -3,8 +3,8 @@
 import math
 from collections.abc import Callable, Sequence
 
-from orient.report.orientation import AXES, Shown
-from orient.report.text import cell
+from orient.report.orientation import AXES, Shown, iteration_table
+from orient.report.text import cell, number
 from orient.values import Row, Scalar, Tables
 
 FORMS = {
@@ -41,8 +41,8 @@ def _sigma0(row: Row) -> str:
     if row["sigma0"] is None:
         return "no redundancy: unknown"
     if row["sigma0_unit"] == "m":
-        return f"= {_float(row['sigma0']):.4g} m, equal weights on the ground"
-    return f"= {_float(row['sigma0']):.4g}, weights from covariances (1 is as expected)"
+        return f"= {number(row['sigma0']):.4g} m, equal weights on the ground"
+    return f"= {number(row['sigma0']):.4g}, weights from covariances (1 is as expected)"
 
 
 def absolute_tables(zone: str, tables: Tables, most: int) -> list[Shown]:
@@ -91,7 +91,7 @@ def _measure(value: Scalar, row: Row, *, sigma: bool = False) -> str:
     decimals = DECIMALS.get(str(row["unit"]))
     if value is None or decimals is not None:
         return cell(value, decimals)
-    return f"{_float(value):.4g}" if sigma else f"{_float(value):.10g}"
+    return f"{number(value):.4g}" if sigma else f"{number(value):.10g}"
 
 
 def _residuals(rows: Sequence[Row], most: int) -> list[Shown]:
@@ -113,14 +113,14 @@ def _residuals(rows: Sequence[Row], most: int) -> list[Shown]:
 
 
 def _length(row: Row) -> float:
-    return math.hypot(*(_float(row[name]) for name in V if row[name] is not None))
+    return math.hypot(*(number(row[name]) for name in V if row[name] is not None))
 
 
 def _rms(rows: Sequence[Row]) -> str:
     """The divisor is stated: the number of given coordinates, not the redundancy."""
     parts = []
     for name in V:
-        given = [_float(row[name]) for row in rows if row[name] is not None]
+        given = [number(row[name]) for row in rows if row[name] is not None]
         if given:
             parts.append(f"{name[1]} {math.sqrt(sum(v * v for v in given) / len(given)):.4f} ({len(given)})")
     return f"\nControl, rms sqrt(sum v^2/n) and (n): {', '.join(parts)}" if parts else ""
@@ -131,9 +131,9 @@ def _alternatives(rows: Sequence[Row], most: int) -> list[Shown]:
         [
             str(row["number"]),
             *(cell(row[name], 3) for name in ("X_0_m", "Y_0_m", "Z_0_m")),
-            f"{_float(row['H']):.8g}",
+            f"{number(row['H']):.8g}",
             cell(row["tilt_deg"], 3),
-            f"{_float(row['vPv']):.4g}",
+            f"{number(row['vPv']):.4g}",
             "yes" if row["is_as_good"] else "no",
         ]
         for row in rows[:most]
@@ -148,7 +148,7 @@ def _small_angles(rows: Sequence[Row], most: int) -> list[Shown]:
             f"{row['unknown']} {row['unit']}",
             _measure(row["value"], row),
             _measure(row["rigorous"], row),
-            f"{_float(row['difference']):.3g}",
+            f"{number(row['difference']):.3g}",
         ]
         for row in rows
     ]
@@ -156,16 +156,7 @@ def _small_angles(rows: Sequence[Row], most: int) -> list[Shown]:
 
 
 def _iterations(rows: Sequence[Row], most: int) -> list[Shown]:
-    cells = [
-        [
-            str(row["iteration"]),
-            f"{_float(row['vPv']):.6g}",
-            f"{_float(row['max_scaled_step']):.2e}",
-            f"{_float(row['damping']):.1g}",
-        ]
-        for row in rows
-    ]
-    return [("Iterations", ["iteration", "v'Pv", "largest scaled step", "damping"], cells)]
+    return [iteration_table(rows, "v'Pv")]
 
 
 def _ground_points(rows: Sequence[Row], most: int) -> list[Shown]:
@@ -185,10 +176,4 @@ def _ground_points(rows: Sequence[Row], most: int) -> list[Shown]:
 
 
 def _root(variance: Scalar) -> str:
-    return cell(None) if variance is None else cell(math.sqrt(_float(variance)), 3)
-
-
-def _float(value: object) -> float:
-    if not isinstance(value, int | float):
-        raise TypeError(f"a number was expected, not {value!r}")
-    return float(value)
+    return cell(None) if variance is None else cell(math.sqrt(number(variance)), 3)

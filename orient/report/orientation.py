@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 
-from orient.report.text import cell
+from orient.report.text import cell, number
 from orient.units import format_dms
 from orient.values import Row, Tables
 
@@ -21,8 +21,8 @@ Shown = tuple[str, list[str], list[list[str]]]
 def orientation_lines(tables: Tables) -> list[str]:
     """Sentences about the adjustment as a whole."""
     row = tables["orientation"][0]
-    sigma0, apriori = row["sigma0_mm"], _float(row["sigma0_apriori_mm"])
-    quality = "no redundancy: sigma0 unknown" if sigma0 is None else _sigma0(_float(sigma0), apriori)
+    sigma0, apriori = row["sigma0_mm"], number(row["sigma0_apriori_mm"])
+    quality = "no redundancy: sigma0 unknown" if sigma0 is None else _sigma0(number(sigma0), apriori)
     lines = [
         "",
         f"n = {row['n_equations']} equations, u = {row['n_unknowns']} unknowns, redundancy r = {row['redundancy']}, "
@@ -32,8 +32,8 @@ def orientation_lines(tables: Tables) -> list[str]:
     ]
     if row["B_S_deg"] is not None:
         lines.append(
-            f"station: B {format_dms(_float(row['B_S_deg']))}, L {format_dms(_float(row['L_S_deg']))}, "
-            f"H {_float(row['H_S_m']):.2f} m"
+            f"station: B {format_dms(number(row['B_S_deg']))}, L {format_dms(number(row['L_S_deg']))}, "
+            f"H {number(row['H_S_m']):.2f} m"
         )
     return lines
 
@@ -63,9 +63,9 @@ def orientation_tables(tables: Tables, most: int) -> list[Shown]:
 
 def _elements(tables: Tables) -> Shown:
     row = tables["orientation"][0]
-    scale = _float(row["variance_scale"])
+    scale = number(row["variance_scale"])
     sigma = {
-        str(entry["unknown_i"]): math.sqrt(scale * _float(entry["value"]))
+        str(entry["unknown_i"]): math.sqrt(scale * number(entry["value"]))
         for entry in tables["cofactor"]
         if entry["unknowns"] == "rotation" and entry["i"] == entry["j"]
     }
@@ -81,25 +81,25 @@ def _camera(rows: Sequence[Row]) -> Shown:
     cells = [
         [
             f"{row['unknown']} {row['unit']}".removesuffix(" 1"),
-            f"{_float(row['value_apriori']):.6g}",
-            "free" if row["sigma_apriori"] is None else f"{_float(row['sigma_apriori']):.3g}",
+            f"{number(row['value_apriori']):.6g}",
+            "free" if row["sigma_apriori"] is None else f"{number(row['sigma_apriori']):.3g}",
             _to_sigma(row["value"], row["sigma"]),
-            "" if row["sigma"] is None else f"{_float(row['sigma']):.3g}",
+            "" if row["sigma"] is None else f"{number(row['sigma']):.3g}",
             cell(row["t"], 1),
             "yes" if row["is_significant"] else "no",
         ]
         for row in rows
     ]
-    limit = _float(rows[0]["t_limit"])
+    limit = number(rows[0]["t_limit"])
     headers = ["element", "a priori", "sigma", "adjusted", "sigma", "t", "signif."]
     return f"Estimated camera; t = change / sigma, significant above {limit:.2f} (1 %)", headers, cells
 
 
 def _to_sigma(value: object, sigma: object) -> str:
     if not sigma or not value:
-        return f"{_float(value):.8g}"
-    digits = math.ceil(math.log10(abs(_float(value)) / _float(sigma))) + 2
-    return f"{_float(value):.{min(max(digits, 3), 12)}g}"
+        return f"{number(value):.8g}"
+    digits = math.ceil(math.log10(abs(number(value)) / number(sigma))) + 2
+    return f"{number(value):.{min(max(digits, 3), 12)}g}"
 
 
 def _angles(rows: Sequence[Row]) -> Shown:
@@ -127,12 +127,12 @@ def _rms(rows: Sequence[Row]) -> str:
     if not rows:
         return "none"
     n = len(rows)
-    x, y = (math.sqrt(sum(_float(row[name]) ** 2 for row in rows) / n) * MICROMETRES for name in ("vx_mm", "vy_mm"))
+    x, y = (math.sqrt(sum(number(row[name]) ** 2 for row in rows) / n) * MICROMETRES for name in ("vx_mm", "vy_mm"))
     return f"rms sqrt(sum v^2/{n}): x {x:.2f} um, y {y:.2f} um"
 
 
 def _residuals(title: str, rows: Sequence[Row], most: int) -> Shown:
-    ranked = sorted(rows, key=lambda row: -(_float(row["vx_mm"]) ** 2 + _float(row["vy_mm"]) ** 2))
+    ranked = sorted(rows, key=lambda row: -(number(row["vx_mm"]) ** 2 + number(row["vy_mm"]) ** 2))
     if len(ranked) > most:
         title += f"; the {most} largest"
     cells = [
@@ -140,8 +140,8 @@ def _residuals(title: str, rows: Sequence[Row], most: int) -> Shown:
             cell(row["point"]),
             cell(row["x_mm"], 4),
             cell(row["y_mm"], 4),
-            cell(MICROMETRES * _float(row["vx_mm"]), 2),
-            cell(MICROMETRES * _float(row["vy_mm"]), 2),
+            cell(MICROMETRES * number(row["vx_mm"]), 2),
+            cell(MICROMETRES * number(row["vy_mm"]), 2),
             cell(row["redundancy_x"], 2),
             cell(row["redundancy_y"], 2),
         ]
@@ -150,21 +150,15 @@ def _residuals(title: str, rows: Sequence[Row], most: int) -> Shown:
     return title, ["point", "x mm", "y mm", "vx um", "vy um", "r_x", "r_y"], cells
 
 
-def iteration_table(rows: Sequence[Mapping[str, object]]) -> Shown:
-    """How the adjustment went."""
+def iteration_table(rows: Sequence[Mapping[str, object]], vPv: str = "v'Pv mm^2") -> Shown:
+    """How the adjustment went; `vPv` heads the column with its unit."""
     cells = [
         [
             str(row["iteration"]),
-            f"{_float(row['vPv']):.6g}",
-            f"{_float(row['max_scaled_step']):.2e}",
-            f"{_float(row['damping']):.1g}",
+            f"{number(row['vPv']):.6g}",
+            f"{number(row['max_scaled_step']):.2e}",
+            f"{number(row['damping']):.1g}",
         ]
         for row in rows
     ]
-    return "Iterations", ["iteration", "v'Pv mm^2", "largest scaled step", "damping"], cells
-
-
-def _float(value: object) -> float:
-    if not isinstance(value, int | float):
-        raise TypeError(f"a number was expected, not {value!r}")
-    return float(value)
+    return "Iterations", ["iteration", vPv, "largest scaled step", "damping"], cells

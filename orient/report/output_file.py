@@ -6,9 +6,7 @@ import stat
 from pathlib import Path
 
 from orient.errors import OrientError, UsageError
-from orient.store.new_file import LONGEST_NAME, sync_folder
-
-SIDE_FILES = ("", "-journal", "-wal", "-shm")
+from orient.store.new_file import LONGEST_NAME, SIDE_FILES, give_name
 
 
 def output_path(text: str, project: Path, force: bool) -> Path:
@@ -45,7 +43,7 @@ def write_output(target: Path, content: bytes, project: Path, force: bool) -> No
             file.write(content)
             file.flush()
             os.fsync(file.fileno())
-        _give_name(temporary, target, force)
+        give_name(temporary, target, replace=force)
     except FileExistsError:
         raise UsageError(f"{target} exists", "Use --force, or give another name.") from None
     except OSError as error:
@@ -57,24 +55,9 @@ def write_output(target: Path, content: bytes, project: Path, force: bool) -> No
 
 def _is_own_input(target: Path, project: Path) -> bool:
     own = Path(os.path.abspath(project))  # noqa: PTH100
-    names = {own.with_name(own.name + side) for side in SIDE_FILES}
+    names = {own.with_name(own.name + side) for side in ("", *SIDE_FILES)}
     real = own.resolve()
-    names |= {real.with_name(real.name + side) for side in SIDE_FILES}
+    names |= {real.with_name(real.name + side) for side in ("", *SIDE_FILES)}
     if target in names or target.resolve() in names:
         return True
     return target.exists() and project.exists() and target.samefile(project)
-
-
-def _give_name(temporary: Path, target: Path, force: bool) -> None:
-    """With force the name is replaced in one step; without it, it is taken only if nobody has it."""
-    if force:
-        temporary.replace(target)
-    else:
-        try:
-            os.link(temporary, target)
-        except FileExistsError:
-            raise
-        except OSError:  # no hard links here: reserve the name, then replace the reservation
-            os.close(os.open(target, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
-            temporary.replace(target)
-    sync_folder(target.parent)

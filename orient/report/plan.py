@@ -12,7 +12,7 @@ from orient.solvers.functional_iteration import WEAK_CORRELATION, WEAK_RATIO
 from orient.solvers.ground_covariance import Ellipse, error_ellipse
 from orient.solvers.planning import Plan
 from orient.solvers.predicted_ground import ground_by_use
-from orient.units import ARC_SECONDS_PER_RADIAN, DEGREES_PER_RADIAN
+from orient.units import ARC_SECONDS_PER_RADIAN, DEGREES_PER_RADIAN, listed
 
 MICROMETRES = 1000.0
 SHOWN_ROWS = 25
@@ -195,8 +195,7 @@ def _hardly_checked(plan: Plan) -> list[str]:
 
 
 def _listed(names: Sequence[str]) -> str:
-    more = f" and {len(names) - SHOWN_PLACES} more" if len(names) > SHOWN_PLACES else ""
-    return one_line(", ".join(names[:SHOWN_PLACES]) + more)
+    return one_line(listed(names, SHOWN_PLACES))
 
 
 def _weakness(plan: Plan) -> str:

@@ -100,9 +100,10 @@ def _print_resection(tables: Tables) -> None:
 
 
 def _print_tables(shown: Sequence[Shown]) -> None:
+    """Tables of cells, the first column and those of TEXT_HEADERS to the left."""
     for title, headers, rows in shown:
         console().print(f"\n{title}")
-        print_table(headers, rows, [i > 0 for i in range(len(headers))])
+        print_table(headers, rows, [i > 0 and header not in TEXT_HEADERS for i, header in enumerate(headers)])
 
 
 def _print_absolute(tables: Tables) -> None:

@@ -59,13 +59,6 @@ def show_status(path: Path, as_json: bool) -> None:
         out.print(f"Next: orient run {printable(str(path))}")
 
 
-def final_stage(path: Path) -> str:
-    """The stage that holds the orientation of this project; the first of them while there is none."""
-    with open_project(path, "read") as project:
-        heads = project.heads()
-    return next((stage for stage in FINAL_STAGES if stage in heads), FINAL_STAGES[0])
-
-
 def current_findings(project: "Project") -> list[Finding]:
     """Findings of the current version of every stage, the grave ones first, then those nearest to the result.
 

@@ -38,6 +38,13 @@ def cell(value: Scalar, decimals: int | None = None) -> str:
     return one_line(str(value))
 
 
+def number(value: object) -> float:
+    """A column that must hold a number."""
+    if not isinstance(value, int | float):
+        raise TypeError(f"a number was expected, not {value!r}")
+    return float(value)
+
+
 def console() -> "Console":
     """Standard output: as wide as the terminal, or unfolded into a file; markup in names is never interpreted."""
     from rich.console import Console

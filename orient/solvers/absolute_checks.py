@@ -9,6 +9,7 @@ from orient.errors import GeometryError
 from orient.solvers.absolute_cofactors import Weight, diagonal_blocks
 from orient.solvers.absolute_problem import UNKNOWNS, AbsoluteProblem, Similarity
 from orient.solvers.absolute_start import full_points
+from orient.units import listed
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -133,6 +134,4 @@ def _in_vertical_plane(points: FloatArray, centre: FloatArray, direction: FloatA
 
 
 def _listed(names: Sequence[str], chosen: NDArray[np.bool_]) -> str:
-    listed = [name for name, take in zip(names, chosen, strict=True) if take]
-    more = f" and {len(listed) - NAMED} more" if len(listed) > NAMED else ""
-    return ", ".join(listed[:NAMED]) + more
+    return listed([name for name, take in zip(names, chosen, strict=True) if take], NAMED)

@@ -94,12 +94,18 @@ def whitened_partials(photo: PlannedPhoto, ground: FloatArray) -> FloatArray:
 
 def named_elements(rotation: FloatArray) -> tuple[tuple[str, ...], FloatArray]:
     """Names of the elements, and J (6, 6): d(X_S, Y_S, Z_S, three angles) / d(r, S)."""
-    blind = near_blind_aok(rotation)
-    angles = ("omega", "phi", "kappa") if blind else ("alpha", "omega", "kappa")
+    angles, by_rotation = named_angles(rotation)
     J = np.zeros((6, 6))
     J[:3, 3:] = np.eye(3)
-    J[3:, :3] = opk_by_rotation(rotation) if blind else aok_by_rotation(rotation)
+    J[3:, :3] = by_rotation
     return ("X_S", "Y_S", "Z_S", *angles), J
+
+
+def named_angles(rotation: FloatArray) -> tuple[tuple[str, ...], FloatArray]:
+    """alpha, omega, kappa, or near their blind view omega, phi, kappa; and their partials (3, 3) by r."""
+    if near_blind_aok(rotation):
+        return ("omega", "phi", "kappa"), opk_by_rotation(rotation)
+    return ("alpha", "omega", "kappa"), aok_by_rotation(rotation)
 
 
 def _singular(photo: PlannedPhoto) -> GeometryError:

@@ -88,12 +88,16 @@ def _check_coinciding(points: FloatArray, names: Sequence[str], where: str) -> N
         )
 
 
-def _check_line(points: FloatArray, where: str, unit: str) -> None:
+def width_and_length(points: FloatArray) -> tuple[float, float]:
+    """Largest distance from the line that fits the points (n, k) best, and their extent along it."""
     centred = points - points.mean(axis=0)
     axis = np.linalg.svd(centred, full_matrices=False)[2][0]
     along = centred @ axis
-    off = float(np.max(np.linalg.norm(centred - along[:, None] * axis, axis=1)))
-    length = float(np.ptp(along))
+    return float(np.max(np.linalg.norm(centred - along[:, None] * axis, axis=1))), float(np.ptp(along))
+
+
+def _check_line(points: FloatArray, where: str, unit: str) -> None:
+    off, length = width_and_length(points)
     if off <= LINE * length:
         raise GeometryError(
             f"The control points lie {where} (off by {off:.2g} {unit} in {length:.6g} {unit}).",

@@ -16,7 +16,7 @@ from orient.store.error_map import translated
 from orient.store.fingerprint import check_fingerprint, check_pages
 from orient.store.format import Format, current_format
 from orient.store.gate import recover
-from orient.store.new_file import make_file, new_name, temporary_file
+from orient.store.new_file import SIDE_FILES, make_file, new_name, temporary_file
 from orient.store.preflight import preflight, real_path
 from orient.store.watch import Watch
 
@@ -127,7 +127,7 @@ def _verified_stranger(raw: Path, form: Format, source: Path, progress: verify.P
 
 
 def _refuse_side_files(source: Path) -> None:
-    for tail in ("-wal", "-shm", "-journal"):
+    for tail in SIDE_FILES:
         if os.path.lexists(f"{source}{tail}"):
             raise ProjectError(
                 f"a {tail} file lies beside {source}: the project was copied while a program had it open.",

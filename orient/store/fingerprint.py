@@ -8,6 +8,7 @@ from orient.errors import ProjectError
 from orient.store.errors import Corrupt
 from orient.store.format import Format, SchemaObject, TableShape
 from orient.store.guards import quoted
+from orient.units import listed
 
 ALTERED = "Another program altered it; use a backup."
 NAMED = 3
@@ -44,8 +45,7 @@ def _foreign(path: Path, what: str) -> ProjectError:
 
 
 def _named(keys: list[tuple[str, str]]) -> str:
-    shown = ", ".join(f"{kind} {str(name)[:60]!r}" for kind, name in keys[:NAMED])
-    return shown + (f" and {len(keys) - NAMED} more" if len(keys) > NAMED else "")
+    return listed([f"{kind} {str(name)[:60]!r}" for kind, name in keys], NAMED)
 
 
 def _check_migration(connection: Connection, form: Format, path: Path) -> None:

@@ -41,7 +41,10 @@ def make_file(target: Path, write: Callable[[Path], None], mode: int = 0o600) ->
     """Let `write` fill a temporary file in the same folder, then give it its name; no trace if anything fails."""
     with temporary_file(target.parent, mode) as temporary:
         write(temporary)
-        _give_name(temporary, target)
+        try:
+            give_name(temporary, target)
+        except FileExistsError:
+            raise ProjectError(f"{target} exists.", "Give a new name.") from None
 
 
 @contextmanager
@@ -94,19 +97,21 @@ def _remove(path: Path) -> None:
         leftover.unlink(missing_ok=True)
 
 
-def _give_name(temporary: Path, target: Path) -> None:
-    """Take the name only if nobody has it: of two commands at once exactly one wins."""
-    exists = ProjectError(f"{target} exists.", "Give a new name.")
-    try:
-        os.link(temporary, target)
-    except FileExistsError:
-        raise exists from None
-    except OSError:  # no hard links on this file system: reserve the name, then replace the reservation
-        try:
-            os.close(os.open(target, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
-        except FileExistsError:
-            raise exists from None
+def give_name(temporary: Path, target: Path, replace: bool = False) -> None:
+    """Take the name only if nobody has it (FileExistsError): of two commands at once exactly one wins.
+
+    With `replace` the name changes hands in one step.
+    """
+    if replace:
         temporary.replace(target)
+    else:
+        try:
+            os.link(temporary, target)
+        except FileExistsError:
+            raise
+        except OSError:  # no hard links on this file system: reserve the name, then replace the reservation
+            os.close(os.open(target, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
+            temporary.replace(target)
     sync_folder(target.parent)
 
 

@@ -1,9 +1,9 @@
 """For developers: write the frozen texts of the format in work anew, `python -m orient.store.schema_files`.
 
-`make schema` does it: migrations/versions/0002_absolute.sql is what leads from the tables of 0001_initial.sql to those
-of models.py, and schema.json is a fresh file (tables, guards, views). Call it after a change of models.py, guards.sql
-or views.sql. 0001_initial.sql is never written again: files of format 1 exist. Once format 2 is released, the next
-change of the tables is migration 0003, made from the texts before it in the same way.
+`make schema` does it: migrations/versions/0003_evidence.sql is what leads from the tables of the migrations before
+it to those of models.py, and schema.json is a fresh file (tables, guards, views). Call it after a change of models.py,
+guards.sql or views.sql. The texts before it are never written again: files of formats 1 and 2 exist. Once format 3 is
+released, the next change of the tables is migration 0004, made in the same way.
 """
 
 import re
@@ -13,8 +13,8 @@ from pathlib import Path
 from orient.errors import OrientError
 from orient.store.creation import migrations_folder, write_expected_schema
 
-BEFORE = (Path("versions", "0001_initial.sql"),)
-IN_WORK = Path("versions", "0002_absolute.sql")
+BEFORE = (Path("versions", "0001_initial.sql"), Path("versions", "0002_absolute.sql"))
+IN_WORK = Path("versions", "0003_evidence.sql")
 END = ";\n\n"
 TABLE = re.compile(r'CREATE TABLE "?(\w+)"?')
 

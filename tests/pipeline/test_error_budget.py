@@ -22,6 +22,7 @@ from orient.intake.project_folder import read_project
 from orient.pipeline import bl, covariance, digitize, refine, resection, topocentric
 from orient.pipeline.frames import Frame, frame_of
 from orient.pipeline.ground import ground_of
+from orient.pipeline.observations import Observations, observations
 from orient.pipeline.plan_covariance import horizon
 from orient.pipeline.tables import columns
 from orient.solvers.functional_iteration import Termination, iterate
@@ -93,8 +94,8 @@ class Errorless:
     tables: Mapping[str, Tables]
     frame: Frame
     found: Resection
-    control: resection.Observations
-    seen: resection.Observations
+    control: Observations
+    seen: Observations
 
 
 @cache
@@ -113,7 +114,7 @@ def errorless(folder: Path) -> Errorless:
     (photo,) = tables["photo"]["photo"]
     ground = ground_of(photo)
     frame = frame_of(tables["topocentric"]["topocentric_frame"][0], ground)
-    seen, _ = resection.observations(tables["refine"], tables["topocentric"])
+    seen, _ = observations(tables["refine"], tables["topocentric"])
     work, _, _ = resection._assignment(tables, settings("resection"))
     control = work.control
     chain = resection.chain_of(control, tables, frame, ground, work.sigma0, settings("resection"))

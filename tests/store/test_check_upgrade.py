@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from orient.errors import ProjectError, UsageError
-from orient.models import APPLICATION_ID
+from orient.models import APPLICATION_ID, SCHEMA_VERSION
 from orient.store import creation, upgrade
 from orient.store.check import check_project
 from orient.store.format import Format
@@ -19,11 +19,11 @@ from orient.store.preflight import preflight
 from orient.store.project import create_project, open_project
 from orient.store.upgrade import upgrade_project
 
-THIRD = """
+NEXT = f"""
 from alembic import op
 
-revision = "0003"
-down_revision = "0002"
+revision = "{SCHEMA_VERSION + 1:04d}"
+down_revision = "{SCHEMA_VERSION:04d}"
 
 
 def upgrade() -> None:
@@ -41,11 +41,11 @@ class NextFormat:
 
 @pytest.fixture(scope="module")
 def following(tmp_path_factory: pytest.TempPathFactory) -> NextFormat:
-    """A format 3 that does not exist yet: one table and one column more."""
-    folder = tmp_path_factory.mktemp("format 3")
+    """A format that does not exist yet: one table and one column more."""
+    folder = tmp_path_factory.mktemp("next format")
     migrations = Path(shutil.copytree(creation.migrations_folder(), folder / "migrations"))
-    (migrations / "versions" / "0003_later.py").write_text(THIRD)
-    return NextFormat(creation.expected_format(folder, 3, APPLICATION_ID, migrations), migrations)
+    (migrations / "versions" / "9999_later.py").write_text(NEXT)
+    return NextFormat(creation.expected_format(folder, SCHEMA_VERSION + 1, APPLICATION_ID, migrations), migrations)
 
 
 def sha256(path: Path) -> str:
@@ -88,9 +88,9 @@ def test_upgrade_keeps_everything(full: Path, following: NextFormat) -> None:
     with open_project(full) as project:
         digests = [run.output_digest for run in project.runs()]
     done = upgrade_project(full, following.form, following.migrations)
-    assert (done.before, done.after) == (2, 3)
+    assert (done.before, done.after) == (SCHEMA_VERSION, SCHEMA_VERSION + 1)
     assert done.backup is not None and sha256(done.backup) == before
-    assert sorted(file.name for file in full.parent.iterdir()) == [full.name, f"{full.name}.bak-0002"]
+    assert sorted(file.name for file in full.parent.iterdir()) == [full.name, f"{full.name}.bak-{SCHEMA_VERSION:04d}"]
     assert stat.S_IMODE(full.stat().st_mode) == 0o640
     gated = pass_gate(preflight(full, following.form), "write", following.form)
     with gated.connection.begin():
@@ -102,7 +102,7 @@ def test_upgrade_keeps_everything(full: Path, following: NextFormat) -> None:
 
 
 def test_an_older_format_says_how_to_upgrade(full: Path, following: NextFormat) -> None:
-    with pytest.raises(ProjectError, match="has format 2") as error:
+    with pytest.raises(ProjectError, match=f"has format {SCHEMA_VERSION}") as error:
         preflight(full, following.form)
     assert error.value.hint.startswith("Run: orient upgrade house.orient")
 
@@ -117,8 +117,8 @@ BROKEN = {
 @pytest.mark.parametrize("body", BROKEN.values(), ids=BROKEN)
 def test_a_failed_upgrade_changes_nothing(full: Path, following: NextFormat, tmp_path: Path, body: str) -> None:
     broken = Path(shutil.copytree(following.migrations, tmp_path / "migrations"))
-    text = THIRD.split("def upgrade")[0] + f"def upgrade() -> None:\n    {body}\n"
-    (broken / "versions" / "0003_later.py").write_text(text)
+    text = NEXT.split("def upgrade")[0] + f"def upgrade() -> None:\n    {body}\n"
+    (broken / "versions" / "9999_later.py").write_text(text)
     before = sha256(full)
     with pytest.raises((ProjectError, RuntimeError)):
         upgrade_project(full, following.form, broken)
@@ -128,7 +128,7 @@ def test_a_failed_upgrade_changes_nothing(full: Path, following: NextFormat, tmp
 
 
 def test_an_older_backup_is_not_overwritten(full: Path, following: NextFormat) -> None:
-    backup = full.with_name(f"{full.name}.bak-0002")
+    backup = full.with_name(f"{full.name}.bak-{SCHEMA_VERSION:04d}")
     backup.write_text("precious")
     with pytest.raises(ProjectError, match="exists"):
         upgrade_project(full, following.form, following.migrations)

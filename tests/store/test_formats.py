@@ -18,7 +18,9 @@ from orient.store.digest import output_digest
 from orient.store.project import open_project
 from orient.store.upgrade import upgrade_project
 
-OLD = Path(__file__).parents[1] / "data" / "format-1" / "calgary-27.sqlite.gz"
+DATA = Path(__file__).parents[1] / "data"
+OLD = DATA / "format-1" / "calgary-27.sqlite.gz"
+LATER = sorted(path for path in DATA.glob("format-*/*.sqlite.gz") if path != OLD)
 MODEL_ROW = {"zone": "z", "point": "p", "x": 1.0, "y": 2.0, "z": 3.0}
 NO_COVARIANCE = dict.fromkeys(("cov_xx", "cov_xy", "cov_xz", "cov_yy", "cov_yz", "cov_zz"))
 
@@ -57,6 +59,19 @@ def test_an_old_project_walks_to_the_newest_format(old: Path) -> None:
         ("north", "100", None), ("north", "102", None), ("south", "105", None),
     ]  # fmt: skip
     assert output_digest({"model_point": model}) == run.output_digest
+
+
+@pytest.mark.parametrize("packed", LATER, ids=lambda path: f"{path.parent.name}-{path.name.split('.')[0]}")
+def test_every_old_file_walks_to_the_newest_format(packed: Path, tmp_path: Path) -> None:
+    """Same content in the backup, same seals, every digest right; what is current stays current."""
+    path = tmp_path / "photo.sqlite"
+    path.write_bytes(gzip.decompress(packed.read_bytes()))
+    content, sealed = path.read_bytes(), seals(path)
+    done = upgrade_project(path)
+    assert (f"format-{done.before}", done.after) == (packed.parent.name, SCHEMA_VERSION)
+    assert done.backup is not None and done.backup.read_bytes() == content
+    assert seals(path) == sealed and len(sealed) > 4
+    assert check_project(path).ok
 
 
 def test_an_upgraded_project_computes_only_what_changed_since(old: Path) -> None:

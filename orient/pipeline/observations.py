@@ -1,0 +1,102 @@
+"""Points that are both measured on the photo and placed on the ground: what a resection is computed from."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from orient.pipeline.frames import Frame
+from orient.pipeline.tables import Array, columns
+from orient.units import listed
+from orient.values import Event, Row, Tables
+
+
+@dataclass(frozen=True, slots=True)
+class Observations:
+    """Points that are both measured on the photo and placed on the ground, in the frame of T'.
+
+    `comparator` (n, 2) [mm]: before the interior orientation.
+    """
+
+    points: Sequence[str]
+    roles: Sequence[str]
+    image: Array
+    image_covariance: Array
+    comparator: Array
+    rows: Sequence[Row]
+    image_rows: Sequence[Row] = ()
+
+    def only(self, role: str) -> "Observations":
+        return self.at([index for index, value in enumerate(self.roles) if value == role])
+
+    def at(self, keep: Sequence[int]) -> "Observations":
+        """The points at these places of the list."""
+        return Observations(
+            [self.points[index] for index in keep],
+            [self.roles[index] for index in keep],
+            self.image[keep],
+            self.image_covariance[keep],
+            self.comparator[keep],
+            [self.rows[index] for index in keep],
+            [self.image_rows[index] for index in keep] if self.image_rows else (),
+        )
+
+    @property
+    def ground(self) -> Array:
+        return columns(self.rows, "X_m", "Y_m", "Z_m")
+
+    @property
+    def up(self) -> Array:
+        return columns(self.rows, "up_X", "up_Y", "up_Z")
+
+    @property
+    def known(self) -> Array:
+        return np.array([str(row["known"]) for row in self.rows])
+
+
+def observations(refine: Tables, topocentric: Tables) -> tuple[Observations, list[Event]]:
+    """Pairs readings with ground points by name, and says what found no partner."""
+    image = {str(row["point"]): row for row in refine["image_point"]}
+    ground = {str(row["point"]): row for row in topocentric["topocentric_point"]}
+    both = [point for point in image if point in ground]
+    events = [
+        *_unused(image, ground, "no_control", "are measured on the photo but have no ground coordinates, not used"),
+        *_unused(ground, image, "not_measured", "have ground coordinates but are not measured on the photo, not used"),
+    ]
+    rows = [image[point] for point in both]
+    packed = columns(rows, "cov_xx_mm2", "cov_xy_mm2", "cov_xy_mm2", "cov_yy_mm2")
+    seen = Observations(
+        points=both,
+        roles=[str(ground[point]["role"]) for point in both],
+        image=columns(rows, "x_mm", "y_mm"),
+        image_covariance=packed.reshape(-1, 2, 2),
+        comparator=columns(rows, "x_comparator_mm", "y_comparator_mm"),
+        rows=[ground[point] for point in both],
+        image_rows=rows,
+    )
+    return seen, events
+
+
+def _unused(here: Mapping[str, Row], there: Mapping[str, Row], code: str, message: str) -> list[Event]:
+    """One event for all points that have no partner."""
+    alone = [point for point in here if point not in there]
+    if not alone:
+        return []
+    told = listed(alone)
+    return [Event("warning", code, told, f"{len(alone)} points {message}: {told}", float(len(alone)))]
+
+
+def on_their_height(control: Observations, place: Array, adjusted: Array, frame: Frame) -> tuple[Array, Array]:
+    """Places and verticals (n, 3): height-only points on the curved surface of their height, over `adjusted`.
+
+    `place` (n, 3): where they stand now, at their given height; `adjusted` (n, 3): where the resection wants them; all
+    in the stored frame. Other points, and those of a local frame, stay.
+    """
+    moved, up = place.copy(), control.up.copy()
+    index = np.flatnonzero(control.known == "height")
+    if len(index) and frame.origin is not None:
+        height = frame.geographic(place[index])[:, 2]
+        latitude, longitude, _ = frame.geographic(adjusted[index]).T
+        moved[index] = frame.from_geographic(latitude, longitude, height)
+        up[index] = frame.from_geographic(latitude, longitude, height + 1.0) - moved[index]
+    return moved, up
