@@ -136,6 +136,15 @@ def robust_events(part: str, wrong: Sequence[str], n: int, what: str) -> list[Ev
     return [Event("warning", "robust", ", ".join(wrong[:NAMED_BY_ROBUST]), message, float(len(wrong)))]
 
 
+def suspicion(exclusions: Sequence[Row]) -> str:
+    """What the snooping proposes, as the remedy of an adjustment that does not fit."""
+    named = [_named(row) for row in exclusions if row["action"] == "proposed"][:NAMED_BY_ROBUST]
+    if not named:
+        return ""
+    be, them = ("is", "it") if len(named) == 1 else ("are", "them")
+    return f"{', '.join(named)} {be} suspected of a gross error: leave {them} out with --reject, or try --robust"
+
+
 def numbered(rows: Sequence[Row]) -> list[Row]:
     """The decisions in their order."""
     return [{"seq": seq, **row} for seq, row in enumerate(rows, 1)]
