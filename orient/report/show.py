@@ -6,11 +6,12 @@ from dataclasses import asdict
 from pathlib import Path
 
 from orient.errors import UsageError
-from orient.pipeline.registry import ALL_STAGES, BY_NAME, EVIDENCE
+from orient.pipeline.registry import ALL_STAGES, BY_NAME, EVIDENCE, FINAL_STAGES
 from orient.report.absolute import absolute_lines, absolute_tables, absolute_zones
 from orient.report.budget import budget_lines, budget_tables
 from orient.report.covariance import covariance_lines, covariance_tables
-from orient.report.findings import findings, print_findings
+from orient.report.findings import as_json as findings_as_json
+from orient.report.findings import findings, later_failures, print_findings
 from orient.report.orientation import Shown, iteration_table, orientation_lines, orientation_tables
 from orient.report.reliability import reliability_tables, test_lines
 from orient.report.sections import SECTIONS, Section
@@ -24,24 +25,32 @@ TEXT_HEADERS = ("reading", "point", "action", "by", "reason", "")
 
 
 def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bool:
-    """Print one version of a stage; False if that version failed and is no result."""
-    if stage not in (*ALL_STAGES, EVIDENCE):
+    """Print one version of a stage, of the orientation if none is named; False if that version is no result."""
+    if stage and stage not in (*ALL_STAGES, EVIDENCE):
         raise UsageError(f'there is no stage "{stage}"', f"Stages are {', '.join((*ALL_STAGES, EVIDENCE))}.")
     with open_project(path, "read") as project, project.snapshot():
+        stage = stage or _orientation_stage(project)
         run = project.run(stage, version) if version else project.heads().get(stage) or _last(project, stage)
         if run is None:
             raise UsageError(f"{stage} has no current version", _remedy(stage, path))
         tables, events = project.read_tables(run.run_id), project.events(run.run_id)
         verdict = next((row for row in known_verdicts(project) if _is_about(row, run)), None)
+        later = [] if version else [finding for finding in later_failures(project) if finding.stage == stage]
     if as_json:
         events_shown = [asdict(event) for event in events]
-        content = {"run": asdict(run), "events": events_shown, "tables": tables, "verification": verdict}
+        content = {
+            "run": asdict(run),
+            "events": events_shown,
+            "tables": tables,
+            "verification": verdict,
+            "later_failures": findings_as_json(later),
+        }
         print(json.dumps(content, indent=2, allow_nan=False))
         return run.status == "succeeded"
     _print_head(run)
     if verdict is not None:
         console().print(f"  {printable(verified_line(verdict))}", soft_wrap=True)
-    print_findings(findings(run.stage, events))
+    print_findings([*later, *findings(run.stage, events)])
     _print_numbers(stage, tables)
     return run.status == "succeeded"
 
@@ -64,6 +73,13 @@ def _print_numbers(stage: str, tables: Tables) -> None:
 
 def _is_about(verdict: Row, run: RunInfo) -> bool:
     return (verdict["stage"], verdict["version"]) == (run.stage, run.version)
+
+
+def _orientation_stage(project: Project) -> str:
+    """The stage that holds the orientation of this project; where there is none yet, the one that was tried."""
+    tried = [stage for stage in FINAL_STAGES if project.runs(stage)]
+    current = [stage for stage in FINAL_STAGES if stage in project.heads()]
+    return next(iter([*current, *tried, *FINAL_STAGES]))
 
 
 def _last(project: Project, stage: str) -> RunInfo | None:
