@@ -321,6 +321,11 @@ def absolute(
     ] = None,
     variance: Variance = None,
     engine: Engine = None,
+    test: Test = None,
+    reject: Reject = None,
+    robust: Robust = None,
+    exclude: Exclude = None,
+    reason: Why = None,
     max_iterations: MaxIterations = None,
     tolerance: Tolerance = None,
 ) -> None:
@@ -331,11 +336,14 @@ def absolute(
         small_angles=small_angles,
         variance=variance,
         engine=engine,
+        test=test,
+        reject=reject,
+        robust=robust,
         max_iterations=max_iterations,
         tolerance=tolerance,
     )
     asked = {} if sigma_model is None else {"sigma_model": _sigma(sigma_model)}
-    _stage(project, "absolute", {**given, **asked}, message, again)
+    _stage(project, "absolute", {**given, **asked, **_exclusion(exclude, reason)}, message, again)
 
 
 def _given(**options: str | int | float | bool | None) -> Settings:

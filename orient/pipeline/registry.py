@@ -130,7 +130,7 @@ STAGES = (
     ),
     Stage(
         "absolute",
-        1,
+        2,
         "absolute orientation of a model, by zone",
         required=("photo", "model", "topocentric"),
         settings={
@@ -142,6 +142,11 @@ STAGES = (
             "small_angles": False,
             "max_iterations": 50,
             "tolerance": 1e-10,
+            "test": "auto",
+            "reject": False,
+            "robust": False,
+            "exclude": "",
+            "exclude_reason": "",
         },
         wanted_with="model",
     ),

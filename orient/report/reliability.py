@@ -7,12 +7,12 @@ from orient.values import Row, Scalar, Tables
 
 Shown = tuple[str, list[str], list[list[str]]]
 ORDER = {"suspect": 0, "not checked": 1, "hardly checked": 2, "good": 3}
-MICROMETRES, MILLIMETRES = 1000.0, "mm"
+MICROMETRES, MILLIMETRES, MODEL = 1000.0, "mm", "model"
 
 
 def test_lines(tables: Tables) -> list[str]:
     """The global test and the limits of the single tests, a sentence for each adjustment."""
-    return [_sentence(row) for row in tables.get("adjustment_test", ())]
+    return [test_sentence(row) for row in tables.get("adjustment_test", ())]
 
 
 def reliability_tables(tables: Tables, most: int) -> list[Shown]:
@@ -25,7 +25,10 @@ def reliability_tables(tables: Tables, most: int) -> list[Shown]:
     return shown
 
 
-def _sentence(row: Row) -> str:
+def test_sentence(row: Row, *, is_named: bool = True) -> str:
+    """One adjustment; `is_named` False where its name stands above."""
+    if not is_named:
+        return test_sentence({**row, "part": "", "component": ""})
     name = " ".join(str(row[key]) for key in ("part", "component") if row[key])
     start = f"{name}: " if name else ""
     if row["redundancy"] == 0:
@@ -56,8 +59,10 @@ def _observations(rows: Sequence[Row], most: int) -> Shown:
     """MDB is the smallest error that the test finds with power 0.80."""
     ranked = sorted(rows, key=_place)
     title = "Reliability: smallest error (MDB) found with 80 %, and its effect if it is not found"
+    if any(row["unit"] == MODEL for row in rows):
+        title += "\nX Y Z: given on the ground; x y z: of the model, in its own units"
     if len(ranked) > most:
-        title += f"; {most} of {len(ranked)} observations, the weakest first"
+        title += f"\n{most} of {len(ranked)} observations, the weakest first"
     cells = [
         [
             f"{row['part']} {row['point']} {row['axis']}".strip(),
@@ -86,7 +91,7 @@ def _error(row: Row) -> str:
         return cell(None)
     if row["unit"] == MILLIMETRES:
         return f"{MICROMETRES * _size(value):.1f} um"
-    return f"{_size(value):.3g} {row['unit']}"
+    return f"{_size(value):.3g}" + ("" if row["unit"] == MODEL else f" {row['unit']}")
 
 
 def _size(value: Scalar) -> float:

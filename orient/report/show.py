@@ -62,7 +62,7 @@ def _print_numbers(stage: str, tables: Tables) -> None:
         console().print(text, soft_wrap=True)
     for section in SECTIONS.get(stage, ()):
         _print_section(section, tables.get(section.source, ()))
-    _print_tests(tables, with_lines=stage != "resection")
+    _print_tests(tables, with_lines=stage not in ("resection", "absolute"))
     if stage == "covariance":
         _print_tables([*budget_tables(tables), *covariance_tables(tables, SHOWN_ROWS)])
     if stage == "photo":

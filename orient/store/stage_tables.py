@@ -78,6 +78,8 @@ STAGE_TABLES: dict[str, tuple[str, ...]] = {
         "absolute_alternative",
         "absolute_small_angle",
         "model_ground_point",
+        *TEST_TABLES,
+        "external_reliability",
     ),
     "verify": ("verified_run", "verified_difference", "independent_solution", "simulated_spread"),
 }
