@@ -25,11 +25,11 @@ TEXT_HEADERS = ("reading", "point", "action", "by", "reason", "")
 
 
 def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bool:
-    """Print one version of a stage, of the orientation if none is named; False if that version is no result."""
-    if stage and stage not in (*ALL_STAGES, EVIDENCE):
+    """Print one version of a stage, or of the orientation; False if that version failed and is no result."""
+    if stage not in ("", *ALL_STAGES, EVIDENCE):
         raise UsageError(f'there is no stage "{stage}"', f"Stages are {', '.join((*ALL_STAGES, EVIDENCE))}.")
     with open_project(path, "read") as project, project.snapshot():
-        stage = stage or _orientation_stage(project)
+        stage = stage or _final_stage(project)
         run = project.run(stage, version) if version else project.heads().get(stage) or _last(project, stage)
         if run is None:
             raise UsageError(f"{stage} has no current version", _remedy(stage, path))
@@ -55,6 +55,12 @@ def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bo
     return run.status == "succeeded"
 
 
+def _final_stage(project: Project) -> str:
+    """The stage that holds the orientation of this project; the first of them while there is none."""
+    heads = project.heads()
+    return next((stage for stage in FINAL_STAGES if stage in heads), FINAL_STAGES[0])
+
+
 def _print_numbers(stage: str, tables: Tables) -> None:
     if stage == "resection":
         _print_resection(tables)
@@ -73,13 +79,6 @@ def _print_numbers(stage: str, tables: Tables) -> None:
 
 def _is_about(verdict: Row, run: RunInfo) -> bool:
     return (verdict["stage"], verdict["version"]) == (run.stage, run.version)
-
-
-def _orientation_stage(project: Project) -> str:
-    """The stage that holds the orientation of this project; where there is none yet, the one that was tried."""
-    tried = [stage for stage in FINAL_STAGES if project.runs(stage)]
-    current = [stage for stage in FINAL_STAGES if stage in project.heads()]
-    return next(iter([*current, *tried, *FINAL_STAGES]))
 
 
 def _last(project: Project, stage: str) -> RunInfo | None:

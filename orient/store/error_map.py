@@ -1,5 +1,6 @@
 """SQLite's errors as sentences for people, by error name and never by message text (RELIABILITY.md 4.6)."""
 
+import errno
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,8 +23,12 @@ from orient.store.errors import (
 )
 from orient.store.watch import Watch
 
+NO_SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+NO_RIGHT = (errno.EROFS, errno.EACCES, errno.EPERM)
 BUSY = ("SQLITE_BUSY", "SQLITE_LOCKED")
 WAITED_S = 30
+NOTHING_STORED = "Nothing of this step was stored."
+"""True also for a command of several steps, of which the first ones are stored and were reported."""
 REPORT = "This is a mistake in orient; please report it."
 
 
@@ -40,6 +45,24 @@ def translated(path: Path, watch: Watch) -> Iterator[None]:
         raise explain(error, path, watch) from error
     except StatementError as error:
         raise explain(error.orig or error, path, watch) from error
+
+
+@contextmanager
+def disk_errors(path: Path) -> Iterator[None]:
+    """Errors of the system while files are made, named or read leave as `OrientError` about `path`."""
+    try:
+        yield
+    except OSError as error:
+        raise explain_os(error, path) from error
+
+
+def explain_os(error: OSError, path: Path) -> OrientError:
+    """The `OrientError` for an error of the system at `path`."""
+    if error.errno in NO_SPACE:
+        return _disk_full(path, "")
+    if error.errno in NO_RIGHT:
+        return _read_only(path, "")
+    return _storage(path, error.strerror or type(error).__name__)
 
 
 def error_name(error: BaseException) -> str:
@@ -98,7 +121,7 @@ def _locked(path: Path, name: str) -> ProjectError:
 
 
 def _disk_full(path: Path, name: str) -> ProjectError:
-    return DiskFull(f"No space left while writing {path}. The project is unchanged.", "Free some space and run again.")
+    return DiskFull(f"No space left while writing {path}. {NOTHING_STORED}", "Free some space and run again.")
 
 
 def _needs_recovery(path: Path, name: str) -> ProjectError:
@@ -120,7 +143,7 @@ def _read_only(path: Path, name: str) -> ProjectError:
 
 def _storage(path: Path, name: str) -> ProjectError:
     return StorageError(
-        f"The disk reported an error at {path} ({name.removeprefix('SQLITE_')}). The project is unchanged.",
+        f"The disk reported an error at {path} ({name.removeprefix('SQLITE_')}). {NOTHING_STORED}",
         "Check it with: orient check",
     )
 
