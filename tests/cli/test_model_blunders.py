@@ -89,7 +89,7 @@ def test_one_wrong_point_is_named_proposed_left_out_and_taken_back(tmp_path: Pat
     assert orient("absolute", path, "--variance", "priori").code == 0
     assert len(asked(path, ROLES)) == 1  # settings hold
     for back in (("--keep",), ("--exclude", "none"), ("--defaults",)):
-        assert orient("select", path, "absolute", "2").code == 0
+        assert orient("select", path, "absolute", "2", "-m", "back").code == 0
         assert orient("absolute", path, *back).code == 0
         assert asked(path, ROLES) == [], back
     assert orient("check", path).code == 0
