@@ -79,6 +79,8 @@ STAGE_TABLES: dict[str, tuple[str, ...]] = {
         "absolute_small_angle",
         "model_ground_point",
     ),
+    "image": ("image", "image_part"),
+    "seal": ("sealed_file", "sealed_run"),
     "verify": ("verified_run", "verified_difference", "independent_solution", "simulated_spread"),
 }
 
