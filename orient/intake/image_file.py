@@ -73,7 +73,9 @@ def read_image(path: Path, embed: bool, photo: Mapping[str, object] | None = Non
     parts: list[Row] = [{"seq": seq, "content": part} for seq, part in enumerate(image.parts, 1)]
     findings = Findings()
     _compare(image, photo or {}, findings)
-    return InputTables("image", {"image": [row], "image_part": parts if embed else []}, tuple(findings.events), (image.name,))
+    return InputTables(
+        "image", {"image": [row], "image_part": parts if embed else []}, tuple(findings.events), (image.name,)
+    )
 
 
 def image_facts(path: Path) -> ImageFile:
@@ -91,7 +93,7 @@ def image_facts(path: Path) -> ImageFile:
         whole, parts = hashlib.sha256(), []
         for number, part in enumerate(_parts(start, source)):
             whole.update(part)
-            parts.append(Blob(part, partial(_part_again, path, number, len(part))))
+            parts.append(Blob(part, partial(_part_again, path, number, Blob(part))))
         after = os.fstat(source.fileno())
         if (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns):
             raise InputError([Problem(shown(name), 0, CHANGED)])
@@ -115,15 +117,15 @@ def _parts(start: bytes, source: object) -> Iterator[bytes]:
     yield from iter(partial(source.read, PART_BYTES), b"")  # type: ignore[attr-defined]
 
 
-def _part_again(path: Path, number: int, size: int) -> bytes:
+def _part_again(path: Path, number: int, meant: Blob) -> bytes:
     """The bytes of one part once more; a file that is another one meanwhile is refused."""
     try:
         with path.open("rb") as file:
             file.seek(number * PART_BYTES)
-            content = file.read(size)
+            content = file.read(PART_BYTES)
     except OSError as error:
         raise InputError([Problem(shown(path.name), 0, f"cannot be read: {error.strerror}")]) from None
-    if len(content) != size:
+    if Blob(content) != meant:
         raise InputError([Problem(shown(path.name), 0, CHANGED)])
     return content
 

@@ -23,7 +23,7 @@ def size_px(source: BinaryIO) -> Size | None:
                 size = read(source)
             except (struct.error, KeyError, ValueError, OverflowError, OSError):
                 return None
-            return size if size and 0 < min(size) and max(size) < 2**31 else None
+            return size if size and min(size) > 0 and max(size) < 2**31 else None
     return None
 
 

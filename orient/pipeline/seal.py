@@ -1,6 +1,6 @@
 """`orient seal`: one file to send. A compacted copy, the photo's image in it, and a manifest of everything it holds.
 
-Image and manifest are runs as everything else (docs/decisions/0012): the image a version of the stage `image`, the
+Image and manifest are runs as everything else (docs/decisions/0015): the image a version of the stage `image`, the
 manifest evidence of the stage `seal`, which reads the current runs and is never selected.
 """
 
@@ -121,7 +121,8 @@ def _run_rows(copy: Project) -> list[Row]:
     sql = "SELECT run_id, is_current FROM v_version ORDER BY run_id"
     is_current = {run_id: bool(current) for run_id, current in copy.query(sql)[1]}
     stale = {stage for (stage,) in copy.query("SELECT stage FROM v_stale WHERE is_stale")[1]}
-    records = dict(copy.query("SELECT run_id, record_digest FROM run_seal")[1])
+    seals = copy.query("SELECT run_id, record_digest FROM run_seal")[1]
+    records: dict[int, str] = dict(seals)
     return [
         {
             "sealed_run_id": run.run_id,

@@ -35,7 +35,7 @@ def output_path(text: str, project: Path, force: bool) -> Path:
 
 
 def write_output(target: Path, content: bytes | Iterable[bytes], project: Path, force: bool) -> None:
-    """Write `content` (whole, or part by part) beside `target`, then give it its name; it is no more readable than the project."""
+    """Write `content` (or its parts) beside `target`, then give it its name; no more readable than the project."""
     temporary = target.with_name(f".{secrets.token_hex(8)}.new")
     mode = stat.S_IMODE(project.stat().st_mode) & 0o666
     try:

@@ -10,7 +10,7 @@ from pathlib import Path
 from sqlalchemy import Connection
 
 from orient.errors import OrientError, ProjectError, UsageError
-from orient.store import verify
+from orient.store import images, verify
 from orient.store.error_map import translated
 from orient.store.errors import Corrupt, ReadOnly, Stopped
 from orient.store.fingerprint import check_pages
@@ -132,9 +132,9 @@ def _attached(connection: Connection) -> Iterator[tuple[str, Callable[[], Iterab
     if connection.exec_driver_sql("SELECT count(*) FROM main.image").scalar_one():
         count = connection.exec_driver_sql(embedded).scalar_one()
         told = "as its SHA-256 says" if count else "known by its SHA-256 only"
-        yield "image", lambda: verify.broken_images(connection), told
+        yield "image", lambda: images.broken_images(connection), told
     if connection.exec_driver_sql("SELECT count(*) FROM main.sealed_file").scalar_one():
-        yield "manifest", lambda: verify.broken_manifests(connection), "tells the digests of the ledger"
+        yield "manifest", lambda: images.broken_manifests(connection), "tells the digests of the ledger"
 
 
 def _readable(find: Callable[[], Iterable[str]]) -> Iterator[str]:

@@ -54,7 +54,7 @@ def broken_manifests(connection: Connection) -> Iterator[str]:
     query = """
         SELECT m.run_id, m.sealed_run_id FROM main.sealed_run AS m
         LEFT JOIN main.run_seal AS s ON s.run_id = m.sealed_run_id
-        WHERE m.output_digest IS NOT s.output_digest OR m.record_digest IS NOT s.record_digest OR m.status IS NOT s.status
+        WHERE (m.output_digest, m.record_digest, m.status) IS NOT (s.output_digest, s.record_digest, s.status)
         ORDER BY m.run_id, m.sealed_run_id
     """
     for run_id, sealed in connection.exec_driver_sql(query).all():

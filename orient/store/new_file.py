@@ -21,7 +21,7 @@ LONGEST_NAME = 240
 
 
 def new_name(path: str | os.PathLike[str], replace: bool = False) -> Path:
-    """The absolute path of a project that does not exist yet; an existing name is a `ProjectError`, unless `replace`."""
+    """The absolute path of a new project; an existing name is a `ProjectError`, unless it may be replaced."""
     text = os.fspath(path)
     if not text or "\0" in text:
         raise UsageError("The name of the project is empty or contains a zero byte.", "Give the name of a file.")

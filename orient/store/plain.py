@@ -50,7 +50,7 @@ def _plain_rows(table: str, rows: Sequence[Row], shape: TableShape) -> list[tupl
 
 
 def plain_value(value: object, kind: str, table: str, column: str) -> Scalar:
-    """The value as str, int, float, Blob or None, as column type `kind` stores it; NaN, infinity, other types are refused."""
+    """The value as column type `kind` stores it: str, int, float, Blob or None. NaN, infinity, others are refused."""
     item = value.item() if hasattr(value, "item") else value
     if isinstance(item, Blob) and kind == "BLOB":
         return item

@@ -31,7 +31,8 @@ def test_every_cell_counts(stage: str) -> None:
     before = output_digest(tables, EVENTS)
     for name, rows in tables.items():
         for column, value in rows[0].items():
-            other = {None: None, str: "another", Blob: Blob(b"another")}.get(type(value), np.nextafter(0.5, 1) if value == 0.5 else 2)
+            number = np.nextafter(0.5, 1) if value == 0.5 else 2
+            other = {None: None, str: "another", Blob: Blob(b"another")}.get(type(value), number)
             changed = {**tables, name: [{**rows[0], column: other}]}
             assert value is None or output_digest(changed, EVENTS) != before, f"{name}.{column}"
 
