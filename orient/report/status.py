@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from orient.pipeline.registry import ALL_STAGES, BY_NAME, FINAL_STAGES, is_optional
+from orient.pipeline.registry import ALL_STAGES, BY_NAME, FINAL_STAGES, IMAGE, is_optional
 from orient.report.findings import UNUSED_DATA, Finding, findings, grave_first, print_findings, verdict
 from orient.report.findings import as_json as findings_as_json
 from orient.report.text import cell, console, print_table, printable
@@ -31,7 +31,7 @@ def show_status(path: Path, as_json: bool) -> None:
         failed = _last_failures(project)
         found, verdicts = current_findings(project), known_verdicts(project)
         warnings = project.warnings
-    stages = [_stage_status(name, current, stale, failed) for name in ALL_STAGES]
+    stages = [_stage_status(name, current, stale, failed) for name in (*ALL_STAGES, IMAGE)]
     known = [entry for entry in stages if entry["state"] != "absent" and not _can_be_left_out(entry)]
     judged = verdict({str(entry["stage"]): str(entry["state"]) for entry in known}, found, FINAL_STAGES)
     if as_json:
