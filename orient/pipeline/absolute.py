@@ -58,7 +58,8 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     tables: Rows = {}
     for one in oriented:
         _add(tables, one.tables)
-    tables["exclusion"] = numbered(tables.get("exclusion", []))
+    if "exclusion" in tables:
+        tables["exclusion"] = numbered(tables["exclusion"])
     events = [*_unused(inputs["topocentric"], zones), *(event for one in oriented for event in one.events)]
     failures = [one.failed for one in oriented if one.failed is not None]
     if failures:
@@ -99,7 +100,8 @@ def _oriented(zone: Zone, by_hand: Sequence[int], frame: Frame, settings: Settin
 
 def _add(tables: Rows, more: Mapping[str, Sequence[Row]]) -> None:
     for table, rows in more.items():
-        tables.setdefault(table, []).extend(rows)
+        if rows:
+            tables.setdefault(table, []).extend(rows)
 
 
 def _largest(tables: Mapping[str, Sequence[Row]]) -> float:

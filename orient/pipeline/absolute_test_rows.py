@@ -8,7 +8,7 @@ import numpy as np
 from orient.geometry.similarity import near_blind_fixed_axes
 from orient.pipeline.absolute_blunders import Task, Tested, model_control
 from orient.pipeline.choice import Choice, surprise
-from orient.pipeline.exclusions import Decided, decision_rows, robust_events, snooping_events
+from orient.pipeline.exclusions import Decided, decision_rows, masking_events, robust_events, snooping_events
 from orient.pipeline.tables import Array
 from orient.pipeline.test_rows import (
     MOST_CORRELATED,
@@ -52,10 +52,11 @@ def test_tables(task: Task, choice: Choice[Tested], by_hand: Sequence[int]) -> t
         return {"exclusion": exclusions}, [*snooping_events(exclusions, 1.0), *told]
     found = tested.solved.found
     known = 1.0 if task.errors.unit == "1" else None
+    whole = adjustment_row(zone.name, "", found.vPv, found.redundancy, known, tested.limits)
     T, freedom = _of_points(tested)
     tables: Tables = {
         "exclusion": exclusions,
-        "adjustment_test": [adjustment_row(zone.name, "", found.vPv, found.redundancy, known, tested.limits)],
+        "adjustment_test": [whole],
         "observation_test": _observation_rows(task, tested),
         "point_test": point_rows(
             zone.name, tested.solved.zone.control_points, T, freedom, found.redundancy, tested.limits
@@ -63,7 +64,8 @@ def test_tables(task: Task, choice: Choice[Tested], by_hand: Sequence[int]) -> t
         "external_reliability": _effect_rows(task, tested),
     }
     chance = surprise(tested.reliability, tested.limits, found.redundancy)
-    return tables, [*snooping_events(exclusions, chance), *told, *_unchecked(zone.name, tested)]
+    masked = masking_events(f"zone {zone.name}: ", whole, exclusions)
+    return tables, [*snooping_events(exclusions, chance), *told, *masked, *_unchecked(zone.name, tested)]
 
 
 def _of_points(tested: Tested) -> tuple[Array, IntArray]:

@@ -161,6 +161,21 @@ def snooping_events(rows: Sequence[Row], surprise: float) -> list[Event]:
     return [*_proposals(proposed, surprise), *(_event(row) for row in others)]
 
 
+def masking_events(part: str, test: Row, exclusions: Sequence[Row]) -> list[Event]:
+    """A remark where the whole does not fit, but no single observation (any more) contradicts the others.
+
+    tau divides by the sigma0 that the errors themselves have made: several can hide one another.
+    """
+    suspects = [row for row in exclusions if row["action"] in ("proposed", "not separable", "not removable")]
+    if test["verdict"] != "too large" or suspects:
+        return []
+    message = (
+        f"{part}the global test fails, but no single observation stands out: several errors may hide one another, or "
+        "the sigmas are too small"
+    )
+    return [Event("info", "masked", str(test["part"]), message)]
+
+
 def _proposals(rows: Sequence[Row], surprise: float) -> list[Event]:
     if not rows:
         return []

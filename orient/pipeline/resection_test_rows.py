@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from orient.pipeline.camera import unit_of
 from orient.pipeline.choice import surprise
-from orient.pipeline.exclusions import Decided, decision_rows, numbered, robust_events, snooping_events
+from orient.pipeline.exclusions import Decided, decision_rows, masking_events, numbered, robust_events, snooping_events
 from orient.pipeline.resection_blunders import Chosen, Task, Tested
 from orient.pipeline.resection_rows import ROTATIONS, STATION
 from orient.pipeline.tables import Array
@@ -51,9 +51,10 @@ def test_tables(task: Task, chosen: Chosen) -> tuple[Tables, list[Event]]:
         return tables, [*snooping_events(exclusions, 1.0), *seen]
     found = tested.solved.found
     chance = surprise(tested.reliability, tested.limits, found.redundancy)
-    events = [*snooping_events(exclusions, chance), *seen]
+    whole = adjustment_row("", "", found.vPv, found.redundancy, task.sigma0, tested.limits)
+    events = [*snooping_events(exclusions, chance), *seen, *masking_events("", whole, exclusions)]
     names = tested.solved.control.points
-    tables["adjustment_test"] = [adjustment_row("", "", found.vPv, found.redundancy, task.sigma0, tested.limits)]
+    tables["adjustment_test"] = [whole]
     tables["observation_test"] = _observation_rows(task, tested)
     T, freedom = block_statistic(tested.reliability.tests[0], IMAGE, tested.limits)
     tables["point_test"] = point_rows("", names, T, freedom, found.redundancy, tested.limits)

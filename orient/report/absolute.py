@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 
 from orient.report.orientation import AXES, Shown, iteration_table
-from orient.report.reliability import test_sentence
+from orient.report.reliability import sentences
 from orient.report.text import cell, number
 from orient.values import Row, Scalar, Tables
 
@@ -35,7 +35,7 @@ def absolute_lines(zone: str, tables: Tables) -> list[str]:
         f"n = {row['n_equations']} equations, u = {row['n_unknowns']} unknowns, redundancy r = {row['redundancy']}",
         f"sigma0 = sqrt(v'Pv/r) {_sigma0(row)}",
         f"standard deviations are scaled by sigma0 {row['variance_basis']}",
-        *(test_sentence(test, is_named=False) for test in tables.get("adjustment_test", ()) if test["part"] == zone),
+        *(text for test in tables.get("adjustment_test", ()) if test["part"] == zone for text in sentences(test)),
     ]
 
 

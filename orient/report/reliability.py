@@ -12,7 +12,7 @@ MICROMETRES, MILLIMETRES, MODEL = 1000.0, "mm", "model"
 
 def test_lines(tables: Tables) -> list[str]:
     """The global test and the limits of the single tests, a sentence for each adjustment."""
-    return [test_sentence(row) for row in tables.get("adjustment_test", ())]
+    return [_named(row) + "; ".join(sentences(row)) for row in tables.get("adjustment_test", ())]
 
 
 def reliability_tables(tables: Tables, most: int) -> list[Shown]:
@@ -25,20 +25,23 @@ def reliability_tables(tables: Tables, most: int) -> list[Shown]:
     return shown
 
 
-def test_sentence(row: Row, *, is_named: bool = True) -> str:
-    """One adjustment; `is_named` False where its name stands above."""
-    if not is_named:
-        return test_sentence({**row, "part": "", "component": ""})
+def _named(row: Row) -> str:
+    """The sheet and coordinate of an adjustment that is one of several."""
     name = " ".join(str(row[key]) for key in ("part", "component") if row[key])
-    start = f"{name}: " if name else ""
+    return f"{name}: " if name else ""
+
+
+def sentences(row: Row) -> list[str]:
+    """What the global test of one adjustment says, and the limit of its single tests."""
     if row["redundancy"] == 0:
-        return f"{start}no redundancy: nothing is checked"
+        return ["no redundancy: nothing is checked"]
     if row["verdict"] is None:
-        return f"{start}{_limit(row)}"
-    return (
-        f"{start}global test at 5 %: v'Pv/sigma0^2 = {cell(row['statistic'], 2)}, accepted from "
-        f"{cell(row['lower'], 2)} to {cell(row['upper'], 2)}: {row['verdict']}; {_limit(row)}"
-    )
+        return [_limit(row)]
+    return [
+        f"global test at 5 %: v'Pv/sigma0^2 = {cell(row['statistic'], 2)}, accepted from "
+        f"{cell(row['lower'], 2)} to {cell(row['upper'], 2)}: {row['verdict']}",
+        _limit(row),
+    ]
 
 
 def _limit(row: Row) -> str:

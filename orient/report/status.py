@@ -6,7 +6,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from orient.pipeline.registry import ALL_STAGES, BY_NAME, FINAL_STAGES, IMAGE, is_optional
-from orient.report.findings import UNUSED_DATA, Finding, findings, grave_first, print_findings, verdict
+from orient.report.findings import (
+    UNUSED_DATA,
+    Finding,
+    findings,
+    grave_first,
+    later_failures,
+    print_findings,
+    verdict,
+)
 from orient.report.findings import as_json as findings_as_json
 from orient.report.text import cell, console, print_table, printable
 from orient.report.verify import known_verdicts, status_line
@@ -60,7 +68,8 @@ def show_status(path: Path, as_json: bool) -> None:
 
 
 def current_findings(project: "Project") -> list[Finding]:
-    """Findings of the current version of every stage, the grave ones first, then those nearest to the result.
+    """What failed after the current version of a stage; then the findings of the current versions, the grave ones
+    first, then those nearest to the result.
 
     What a later stage says again in other words (points without control) is told once, by the later stage.
     """
@@ -70,7 +79,7 @@ def current_findings(project: "Project") -> list[Finding]:
         for finding in findings(name, project.events(heads[name].run_id)) if name in heads else ():
             what = "" if finding.code in UNUSED_DATA else finding.subject or finding.message
             last.setdefault((finding.code, what), finding)
-    return grave_first(last.values())
+    return [*later_failures(project), *grave_first(last.values())]
 
 
 def _stage_status(
