@@ -14,6 +14,7 @@ from sqlalchemy import (
     ForeignKey,
     Index,
     Integer,
+    LargeBinary,
     MetaData,
     UniqueConstraint,
 )
@@ -22,6 +23,7 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 SCHEMA_VERSION = 3
 APPLICATION_ID = 0x4F524E54
 REAL_LIMIT = "1e15"
+IMAGE_PART_BYTES = 2**20
 
 NAMES = {
     "pk": "pk_%(table_name)s",
@@ -1194,6 +1196,77 @@ class Exclusion(Base):
     critical: Mapped[float | None] = real("limit of the test")
     other: Mapped[str | None] = text("the point that it cannot be separated from")
     reason: Mapped[str] = text("why, in words")
+
+
+# ---------------------------------------------------------------------------------------------- image, seal
+
+
+class Image(Base):
+    """The image file of the photo: embedded in parts, or known by its digest only. The name is text, never a path."""
+
+    __tablename__ = "image"
+    __table_args__ = (
+        CheckConstraint("size_bytes > 0", name="size_bytes"),
+        CheckConstraint("length(sha256) = 64", name="sha256"),
+        CheckConstraint("n_parts >= 0", name="n_parts"),
+    )
+    run_id: Mapped[int] = run_id()
+    name: Mapped[str] = text("name that the file had, without its folder")
+    media_type: Mapped[str] = text("image/tiff, image/png, image/jpeg ...; by its first bytes")
+    size_bytes: Mapped[int] = whole("size of the file")
+    sha256: Mapped[str] = text("SHA-256 of the whole file")
+    width_px: Mapped[int | None] = whole("columns, as the file says; NULL if it does not say so simply")
+    height_px: Mapped[int | None] = whole("rows, as the file says")
+    n_parts: Mapped[int] = whole("parts in image_part; 0 = the file is not here, only its digest")
+
+
+class ImagePart(Base):
+    """The bytes of an embedded image file, in parts of 1 MiB; joined in order of seq they are the file."""
+
+    __tablename__ = "image_part"
+    __table_args__ = (
+        CheckConstraint(f"length(content) BETWEEN 1 AND {IMAGE_PART_BYTES}", name="content"),
+        CheckConstraint("seq >= 1", name="seq"),
+    )
+    run_id: Mapped[int] = run_id()
+    seq: Mapped[int] = whole("1, 2, ... n_parts", primary_key=True)
+    content: Mapped[bytes] = mapped_column(LargeBinary, comment="the bytes; digests go over their number and SHA-256")
+
+
+class SealedFile(Base):
+    """The manifest of a project that was sealed to be sent: what the file held at that moment."""
+
+    __tablename__ = "sealed_file"
+    __table_args__ = (one_of("image", "embedded", "referenced", "none"),)
+    run_id: Mapped[int] = run_id()
+    project: Mapped[str] = text("name of the project file that was sealed, without its folder")
+    format: Mapped[int] = whole("format of the file (user_version)")
+    n_runs: Mapped[int] = whole("runs before the manifest")
+    n_selections: Mapped[int] = whole("selections")
+    last_run_digest: Mapped[str] = text("record_digest of the newest run: end of the chain of runs")
+    last_selection_digest: Mapped[str] = text("record_digest of the newest selection: end of the chain of selections")
+    image: Mapped[str] = text("embedded | referenced: by digest only | none")
+    image_name: Mapped[str | None] = text("name of the image file")
+    image_size_bytes: Mapped[int | None] = whole("size of the image file")
+    image_sha256: Mapped[str | None] = text("SHA-256 of the image file")
+
+
+class SealedRun(Base):
+    """One run that the sealed file held."""
+
+    __tablename__ = "sealed_run"
+    run_id: Mapped[int] = run_id()
+    sealed_run_id: Mapped[int] = mapped_column(
+        ForeignKey("stage_run.run_id"), primary_key=True, comment="the run that is listed"
+    )
+    stage: Mapped[str] = text("stage")
+    version: Mapped[int] = whole("version within the stage")
+    is_current: Mapped[int] = whole("1 if it was the selected version")
+    is_stale: Mapped[int] = whole("1 if it was current and its inputs had changed")
+    status: Mapped[str] = text("succeeded | failed")
+    output_digest: Mapped[str] = text("sha256 over its rows, as sealed")
+    record_digest: Mapped[str] = text("sha256 over its ledger entry, as sealed")
+    tool_version: Mapped[str] = text("software that made it")
 
 
 # ---------------------------------------------------------------------------------------------- verify

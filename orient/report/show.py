@@ -6,7 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from orient.errors import UsageError
-from orient.pipeline.registry import ALL_STAGES, BY_NAME, EVIDENCE, FINAL_STAGES
+from orient.pipeline.registry import ABOUT_RUNS, ALL_STAGES, BY_NAME, EVIDENCE, FINAL_STAGES, IMAGE, MANIFEST
 from orient.report.absolute import absolute_lines, absolute_tables, absolute_zones
 from orient.report.budget import budget_lines, budget_tables
 from orient.report.covariance import covariance_lines, covariance_tables
@@ -21,13 +21,14 @@ from orient.store.project import Project, RunInfo, open_project
 from orient.values import Row, Tables
 
 SHOWN_ROWS = 25
+SHOWN_STAGES = (*ALL_STAGES, IMAGE, *ABOUT_RUNS)
 TEXT_HEADERS = ("reading", "point", "action", "by", "reason", "")
 
 
 def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bool:
     """Print one version of a stage, or of the orientation; False if that version failed and is no result."""
-    if stage not in ("", *ALL_STAGES, EVIDENCE):
-        raise UsageError(f'there is no stage "{stage}"', f"Stages are {', '.join((*ALL_STAGES, EVIDENCE))}.")
+    if stage not in ("", *SHOWN_STAGES):
+        raise UsageError(f'there is no stage "{stage}"', f"Stages are {', '.join(SHOWN_STAGES)}.")
     with open_project(path, "read") as project, project.snapshot():
         stage = stage or _final_stage(project)
         run = project.run(stage, version) if version else project.heads().get(stage) or _last(project, stage)
@@ -89,6 +90,8 @@ def _last(project: Project, stage: str) -> RunInfo | None:
 def _remedy(stage: str, path: Path) -> str:
     if stage == EVIDENCE:
         return f"Run: orient verify {path}"
+    if stage in (IMAGE, MANIFEST):
+        return f"Run: orient seal {path} -o SEALED --image FILE"
     return f"Run: orient run {path}" if stage in BY_NAME else f"Add it: orient add {path} {stage} FILE -m why"
 
 

@@ -81,6 +81,8 @@ STAGE_TABLES: dict[str, tuple[str, ...]] = {
         *TEST_TABLES,
         "external_reliability",
     ),
+    "image": ("image", "image_part"),
+    "seal": ("sealed_file", "sealed_run"),
     "verify": ("verified_run", "verified_difference", "independent_solution", "simulated_spread"),
 }
 

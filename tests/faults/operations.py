@@ -40,8 +40,16 @@ OPERATIONS = (
     Operation(
         "add",
         "done",
-        lambda folder: ("add", folder / PROJECT, "control", AERIAL / "control.csv", AERIAL / "control.toml",
-                        "-m", "again", "--again"),
+        lambda folder: (
+            "add",
+            folder / PROJECT,
+            "control",
+            AERIAL / "control.csv",
+            AERIAL / "control.toml",
+            "-m",
+            "again",
+            "--again",
+        ),
     ),  # fmt: skip
     Operation("run", "fresh", lambda folder: ("run", folder / PROJECT)),
     _again("refine"),

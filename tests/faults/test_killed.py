@@ -36,9 +36,7 @@ def test_random_kills_of_run(clean: CleanOf, victims: Victims, tmp_path: Path, p
 
 @pytest.mark.slow
 @pytest.mark.parametrize("operation", NAMED)
-def test_random_kills(
-    operation: Operation, clean: CleanOf, victims: Victims, tmp_path: Path, promise: Promise
-) -> None:
+def test_random_kills(operation: Operation, clean: CleanOf, victims: Victims, tmp_path: Path, promise: Promise) -> None:
     count = 200 if operation.name == "run" else 40
     kill_at_random(clean(operation.name), count, tmp_path / "scene", victims, promise, seed=200)
 
@@ -131,9 +129,7 @@ def test_faults_while_an_interrupted_command_is_undone(
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["SIGINT", "SIGTERM"])
-def test_stop_at_any_time(
-    number: int, clean: CleanOf, victims: Victims, tmp_path: Path, promise: Promise
-) -> None:
+def test_stop_at_any_time(number: int, clean: CleanOf, victims: Victims, tmp_path: Path, promise: Promise) -> None:
     for name in ("run", "new", "verify"):
         stop_at_random(clean(name), 3, number, tmp_path / "scene", victims, promise)
 
@@ -147,9 +143,7 @@ def test_stop_of_each_operation(
     stop_at_random(clean(operation.name), 15, number, tmp_path / "scene", victims, promise)
 
 
-def stop_at_random(
-    clean: Clean, count: int, number: int, folder: Path, victims: Victims, promise: Promise
-) -> None:
+def stop_at_random(clean: Clean, count: int, number: int, folder: Path, victims: Victims, promise: Promise) -> None:
     kept, chance = promise("F9"), Random(number)
     for part in range(count):
         moment = (part + chance.random()) * clean.seconds / count
