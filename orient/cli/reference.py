@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 MADE = "<!-- Made from the code by `make docs`; do not edit. -->\n\n"
 HELP_WIDTH = "100"
-SUMMARY_INTRO = """`orient batch` writes these tables (batch.md). The view `orient_latest` has the columns of `orient_photo`:
-each photo once, as the last batch that worked on it has left it. All names are lower case; angles in degrees, lengths
+SUMMARY_INTRO = """`orient batch` writes these tables (batch.md). View `orient_latest` has the columns of
+`orient_photo`, each photo once as the last batch that worked on it has left it. All names are lower case; angles in degrees, lengths
 in metres, image coordinates in millimetres. Numbers are those of the project, unchanged.
 """
 
@@ -104,11 +104,8 @@ def _escaped(text: str) -> str:
 def main(arguments: list[str]) -> int:
     """0 if the pages are written or up to date."""
     folder, only_check = Path(arguments[0]), "--check" in arguments
-    pages = {
-        folder / "cli.md": command_page(),
-        folder / "schema.md": schema_page(),
-        folder / "summary.md": summary_page(),
-    }
+    makers = {"cli.md": command_page, "schema.md": schema_page, "summary.md": summary_page}
+    pages = {folder / name: make() for name, make in makers.items()}
     stale = [path for path, text in pages.items() if not path.exists() or path.read_text("utf-8") != text]
     if only_check:
         for path in stale:
