@@ -21,9 +21,8 @@ LOOPBACK = "127.0.0.1"
 CLOSE_S, ANSWER_S = 5, 10
 WORKER_DEATHS = 1
 """A chunk is given to another worker once before its photos are suspected."""
-ONE_THREAD = {
-    f"{name}_NUM_THREADS": 1 for name in ("OMP", "OPENBLAS", "MKL", "BLIS", "VECLIB_MAXIMUM", "NUMEXPR", "NUMBA")
-}
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", "NUMBA_NUM_THREADS")
+ONE_THREAD = dict.fromkeys(THREADS, 1)
 """A worker is one process with one thread: BLAS threads of several workers would only get in each other's way."""
 
 LOCAL_CONFIG = {
@@ -35,7 +34,10 @@ LOCAL_CONFIG = {
     "distributed.worker.memory.target": False,
     "distributed.worker.memory.spill": False,
     "distributed.diagnostics.nvml": False,
+    "distributed.deploy.lost-worker-timeout": "1 day",
 }
+"""`lost-worker-timeout`: a worker that is being started again after its death is not given up for good."""
+
 LOST = Refusal(
     "the worker ended while it worked on this photo (killed, or out of memory), more than once.",
     "Try it alone: orient run PROJECT; or with more memory: --memory-mib.",
@@ -179,10 +181,10 @@ def _endings(client: Any, chunks: Chunks, order: Order) -> Iterator[list[Ending]
             else:
                 suspects += chunk
         for item in suspects:
-            alone = _submitted(client, [item], order)
-            chunk_of[alone] = [item]
+            chunk_of[alone := _submitted(client, [item], order)] = [item]
             for future in _completed(client, [alone]):
                 yield future.result() if _is_finished(future) else [_failed(item, future.exception())]
+            del chunk_of[alone]
     finally:
         with suppress(Exception):  # the scheduler may be gone
             client.cancel(list(chunk_of))

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 MADE = "<!-- Made from the code by `make docs`; do not edit. -->\n\n"
 HELP_WIDTH = "100"
 SUMMARY_INTRO = """`orient batch` writes these tables (batch.md). View `orient_latest` has the columns of
-`orient_photo`, each photo once as the last batch that worked on it has left it. All names are lower case; angles in degrees, lengths
-in metres, image coordinates in millimetres. Numbers are those of the project, unchanged.
+`orient_photo`, each photo once as the last batch that worked on it has left it. All names are lower case; angles in
+degrees, lengths in metres, image coordinates in millimetres. Numbers are those of the project, unchanged.
 """
 
 
