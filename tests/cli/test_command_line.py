@@ -206,6 +206,7 @@ IMPORTS = {
     "log": ("log PROJECT", "numpy scipy pyproj alembic orient.models"),
     "sql": ("sql PROJECT residuals", "numpy scipy pyproj alembic orient.models"),
     "show": ("show PROJECT resection", "numpy scipy pyproj alembic orient.models"),
+    "batch, dry": ("batch PROJECT --dry-run", "numpy scipy pyproj alembic orient.models dask distributed"),
     "unchanged stage": ("resection PROJECT", "numpy scipy pyproj alembic orient.models"),
 }
 
