@@ -12,7 +12,7 @@ from sqlalchemy import Connection
 from orient.errors import OrientError, ProjectError
 from orient.store import verify
 from orient.store.connection import compact_into, open_engine
-from orient.store.error_map import translated
+from orient.store.error_map import NO_SPACE, translated
 from orient.store.fingerprint import check_fingerprint, check_pages
 from orient.store.format import Format, current_format
 from orient.store.gate import recover
@@ -143,6 +143,8 @@ def _copy_bytes(source: Path, target: Path) -> None:
             shutil.copyfileobj(reader, writer, CHUNK)
             after = os.fstat(reader.fileno())
     except OSError as error:
+        if error.errno in NO_SPACE:
+            raise
         raise ProjectError(f"{source} cannot be copied: {error.strerror}.") from None
     if (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns):
         raise ProjectError(f"{source} changed while it was read.", "Try again.")

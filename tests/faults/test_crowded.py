@@ -1,4 +1,4 @@
-"""Several commands at once, and readers that stay long: all finish or are told to wait, none is half-written (F6, F7)."""
+"""Several commands at once, readers that stay long: all finish or are told to wait, none is half-written (F6, F7)."""
 
 import multiprocessing
 import sqlite3
@@ -227,5 +227,3 @@ def test_of_two_slow_creations_exactly_one_wins(tmp_path: Path, promise: Promise
         assert sorted(str(process.exitcode) for process in both) == ["0", "3"]
         assert [file.name for file in tmp_path.iterdir()] == [path.name]
         assert check_project(path).ok
-
-

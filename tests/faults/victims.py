@@ -36,6 +36,7 @@ class Fault:
     clock_s: int | None = None
     unprivileged: bool | None = None
     file_size: int | None = None
+    max_pages: int | None = None
     more_memory: int | None = None
 
 
@@ -104,13 +105,13 @@ class Victims:
         self.server.stdin.flush()
         return self._answer()
 
-    def start(self, *words: object, fault: Fault = Fault()) -> Started:  # noqa: B008  (frozen)
+    def start(self, *words: object, fault: Fault = Fault()) -> Started:
         self.count += 1
         out, err = (self.texts / f"{self.count}.{name}" for name in ("out", "err"))
         question = {**asdict(fault), "start": [str(word) for word in words], "out": str(out), "err": str(err)}
         return Started(self, int(self.asked(question)), out, err)
 
-    def run(self, *words: object, fault: Fault = Fault()) -> Ended:  # noqa: B008
+    def run(self, *words: object, fault: Fault = Fault()) -> Ended:
         return self.start(*words, fault=fault).ended()
 
     def killed_after(self, seconds: float, *words: object) -> Ended:

@@ -11,6 +11,7 @@ import json
 import os
 import pkgutil
 import resource
+import shutil
 import signal
 import sys
 import tempfile
@@ -92,6 +93,12 @@ def set_synchronous(value: str) -> None:
     )
 
 
+def limit_pages(count: int) -> None:
+    from orient.store import connection
+
+    connection.PRAGMAS = (*connection.PRAGMAS, f"max_page_count={count}")
+
+
 def set_patience(seconds: list[float]) -> None:
     """SQLite's busy timeout, and how long a commit is repeated."""
     from orient.store import connection, project
@@ -118,7 +125,7 @@ def give_up_privilege(_: bool) -> None:
 
 
 def before_computing(what: list[str]) -> None:
-    """["fail"]: computing is a mistake; ["replace", other, path]; ["delete", path]."""
+    """["fail"]: computing is a mistake; ["replace", other, path]; ["delete", path]; ["copy", path, other]."""
     from orient.pipeline import runner
 
     compute = runner.outcome_of
@@ -129,6 +136,8 @@ def before_computing(what: list[str]) -> None:
             raise AssertionError("computed")
         if kind == "replace":
             os.replace(*paths)  # noqa: PTH105
+        if kind == "copy":
+            shutil.copy(*paths)
         if kind == "delete" and os.path.lexists(paths[0]):
             os.unlink(paths[0])  # noqa: PTH108
         return compute(*arguments)
@@ -164,6 +173,7 @@ SETTINGS: dict[str, Callable[[Any], None]] = {
     "clock_s": lambda seconds: ctypes.CDLL(None).fault_clock(ctypes.c_long(seconds)),
     "unprivileged": give_up_privilege,
     "file_size": limit_file_size,
+    "max_pages": limit_pages,
     "more_memory": limit_memory,
 }
 
