@@ -10,7 +10,7 @@ from pathlib import Path
 from sqlalchemy import Connection
 
 from orient.errors import OrientError, ProjectError, UsageError
-from orient.store import verify
+from orient.store import images, verify
 from orient.store.error_map import translated
 from orient.store.errors import Corrupt, DiskFull, Locked, OutOfMemory, ReadOnly, Stopped
 from orient.store.fingerprint import check_pages
@@ -118,11 +118,23 @@ def _check_ledger(report: CheckReport, connection: Connection, form: Format, pro
         ("rows", lambda: verify.strange_rows(connection), "every row belongs to the stage of its run"),
         ("digests", lambda: verify.broken_runs(connection, form, progress), "all inputs and results as sealed"),
         ("selections", lambda: verify.broken_selections(connection), "all name results of their stage"),
+        *_attached(connection),
     )
     for name, find, clean in parts:
         problems = list(_readable(find))
         shown = "; ".join(problems[:SHOWN]) + (f"; and {len(problems) - SHOWN} more" if len(problems) > SHOWN else "")
         report.add(name, not problems, shown or clean)
+
+
+def _attached(connection: Connection) -> Iterator[tuple[str, Callable[[], Iterable[str]], str]]:
+    """Lines about an image and a manifest, where there is one."""
+    embedded = "SELECT count(*) FROM main.image WHERE n_parts > 0"
+    if connection.exec_driver_sql("SELECT count(*) FROM main.image").scalar_one():
+        count = connection.exec_driver_sql(embedded).scalar_one()
+        told = "as its SHA-256 says" if count else "known by its SHA-256 only"
+        yield "image", lambda: images.broken_images(connection), told
+    if connection.exec_driver_sql("SELECT count(*) FROM main.sealed_file").scalar_one():
+        yield "manifest", lambda: images.broken_manifests(connection), "tells the digests of the ledger"
 
 
 def _readable(find: Callable[[], Iterable[str]]) -> Iterator[str]:

@@ -140,7 +140,7 @@ def _needs_recovery(path: Path, name: str) -> ProjectError:
     )
 
 
-def _replaced(path: Path, name: str) -> ProjectError:
+def replaced(path: Path, name: str = "") -> ProjectError:
     message = f"{path} was replaced or removed while this command worked (an upgrade?)."
     return Replaced(f"{message} {NOTHING_STORED}", "Run it again.")
 
@@ -164,7 +164,7 @@ TABLE = (
     (BUSY, _locked),
     (("SQLITE_FULL", "SQLITE_IOERR_WRITE"), _disk_full),
     (("SQLITE_READONLY_ROLLBACK", "SQLITE_READONLY_RECOVERY"), _needs_recovery),
-    (("SQLITE_READONLY_DBMOVED",), _replaced),
+    (("SQLITE_READONLY_DBMOVED",), replaced),
     (("SQLITE_READONLY", "SQLITE_CANTOPEN", "SQLITE_PERM"), _read_only),
     (("SQLITE_IOERR",), _storage),
     (("SQLITE_TOOBIG", "SQLITE_AUTH", "SQLITE_NOMEM"), _too_big),

@@ -25,8 +25,8 @@ LONGEST_NAME = 240
 """Bytes; file systems take 255, a journal beside it needs some."""
 
 
-def new_name(path: str | os.PathLike[str]) -> Path:
-    """The absolute path of a file that does not exist yet; an existing name is a `ProjectError`."""
+def new_name(path: str | os.PathLike[str], replace: bool = False) -> Path:
+    """The absolute path of a new project; an existing name is a `ProjectError`, unless it may be replaced."""
     text = os.fspath(path)
     if not text or "\0" in text:
         raise UsageError("The name of the project is empty or contains a zero byte.", "Give the name of a file.")
@@ -35,19 +35,19 @@ def new_name(path: str | os.PathLike[str]) -> Path:
         raise UsageError(f"{text}: such a name belongs to SQLite's own files beside a project.", "Give another name.")
     if len(os.fsencode(target.name)) > LONGEST_NAME:
         raise UsageError(f"the name {target.name[:40]}... is too long.", "Give a shorter one.")
-    if os.path.lexists(target):
+    if os.path.lexists(target) and not replace:
         raise ProjectError(f"{text} exists.", "Give a new name.")
     if not target.parent.is_dir():
         raise ProjectError(f"the folder {target.parent} does not exist.", "Create it first.")
     return target
 
 
-def make_file(target: Path, write: Callable[[Path], None], mode: int = 0o600) -> None:
+def make_file(target: Path, write: Callable[[Path], None], mode: int = 0o600, replace: bool = False) -> None:
     """Let `write` fill a temporary file in the same folder, then give it its name; no trace if anything fails."""
     with disk_errors(target), temporary_file(target.parent, mode) as temporary:
         try:
             write(temporary)
-            give_name(temporary, target)
+            give_name(temporary, target, replace)
         except FileExistsError:
             raise ProjectError(f"{target} exists.", "Give a new name.") from None
         except OrientError as error:

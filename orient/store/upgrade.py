@@ -12,13 +12,13 @@ from orient.store import verify
 from orient.store.connection import open_engine
 from orient.store.copies import copy_pages
 from orient.store.creation import build, migrations_folder
-from orient.store.error_map import disk_errors, translated
+from orient.store.error_map import disk_errors, replaced, translated
 from orient.store.fingerprint import check_fingerprint, check_pages
 from orient.store.format import Format, current_format
 from orient.store.gate import recover, require_writable
 from orient.store.guards import quoted
 from orient.store.new_file import sync_name, temporary_file
-from orient.store.preflight import Preflight, preflight
+from orient.store.preflight import Preflight, identity, preflight
 from orient.store.watch import Watch
 
 
@@ -43,12 +43,14 @@ def upgrade_project(
     require_writable(look.path)
     if look.journal == "hot":
         recover(look)
-    watch = Watch()
+    file, watch = identity(look.path), Watch()
     engine = open_engine(look.path, "write", watch)
     try:
         with translated(look.path, watch), engine.connect() as original:
             original.execution_options(immediate=True)
             with original.begin():  # nobody else writes until the new file is in place
+                if identity(look.path) != file:
+                    raise replaced(look.path)
                 before = int(original.exec_driver_sql("PRAGMA main.user_version").scalar_one())
                 if before == form.version:
                     return Upgraded(before, before, None)
