@@ -171,7 +171,7 @@ def test_two_signals_stop_a_real_process_once(
     child = start(*run.words(folder))
     time.sleep(1.0)  # while it imports, or later
     child.send_signal(number)
-    child.send_signal(signal.SIGINT)
+    child.send_signal(number)
     _, err = child.communicate(timeout=30)
     with promise("F9").trial("two signals"):
         assert (child.returncode, err) in ((code, STOPPED), (0, b"")), err
