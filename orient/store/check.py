@@ -12,7 +12,7 @@ from sqlalchemy import Connection
 from orient.errors import OrientError, ProjectError, UsageError
 from orient.store import images, verify
 from orient.store.error_map import translated
-from orient.store.errors import Corrupt, ReadOnly, Stopped
+from orient.store.errors import Corrupt, DiskFull, Locked, OutOfMemory, ReadOnly, Stopped
 from orient.store.fingerprint import check_pages
 from orient.store.format import Format, current_format
 from orient.store.gate import Gated, pass_gate, recover, require_writable, tidy
@@ -60,8 +60,8 @@ def check_project(path: str | os.PathLike[str], progress: verify.Progress | None
         look = preflight(path, form)
         report.add("file", True, f"an orient project of format {form.version}, {look.size} bytes")
         _check_open_file(report, look, form, progress)
-    except (UsageError, Stopped):
-        raise
+    except (UsageError, Stopped, Locked, DiskFull, OutOfMemory):
+        raise  # they say nothing about the file
     except OrientError as error:
         report.add("file", False, f"{error.message} {error.hint}".strip())
     return report
@@ -146,7 +146,7 @@ def _tidy_journal(report: CheckReport, look: Preflight, form: Format) -> None:
     if look.journal != "stale" or not report.ok:
         return
     gated: Gated | None = None
-    with suppress(ReadOnly):
+    with suppress(ReadOnly, Locked):
         require_writable(look.path)
         gated = pass_gate(look, "write", form, with_checks=False)
         with translated(look.path, gated.watch):

@@ -35,6 +35,10 @@ class Hostile(ProjectError):
     """The file holds something that orient never writes, or that takes too long to read."""
 
 
+class OutOfMemory(OrientError):
+    """The machine has less memory than this project needs (exit code 1); the file is not to blame."""
+
+
 class Stopped(OrientError):
     """The user stopped the command; nothing was stored."""
 

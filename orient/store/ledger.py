@@ -111,13 +111,15 @@ def _seal(connection: Connection, run_id: int, new: NewRun, count: int, digest: 
     )
 
 
-def select(connection: Connection, stage: str, run_id: int, actor: str, reason: str) -> None:
-    """Make a run the current version of its stage by adding a row."""
+def select(connection: Connection, stage: str, run_id: int, actor: str, reason: str) -> str:
+    """Make a run the current version of its stage by adding a row; the digest of that row."""
     last = connection.exec_driver_sql("SELECT coalesce(max(selection_id), 0) FROM main.selection").scalar_one()
     newest = connection.exec_driver_sql("SELECT max(run_id) FROM main.stage_run").scalar_one()
     row = (last + 1, stage, run_id, actor, reason, now(), newest)
+    digest = selection_record_digest(connection, row)
     connection.exec_driver_sql(
         "INSERT INTO selection (selection_id, stage, run_id, actor, reason, selected_at, after_run_id, record_digest) "
         "VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-        (*row, selection_record_digest(connection, row)),
+        (*row, digest),
     )
+    return digest

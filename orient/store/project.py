@@ -21,7 +21,7 @@ from orient.store.errors import OurFault, ReadOnly, Replaced
 from orient.store.format import Format, current_format
 from orient.store.gate import Gated, pass_gate, recover, require_writable, tidy
 from orient.store.images import image_bytes
-from orient.store.new_file import make_file, new_name
+from orient.store.new_file import make_file, new_name, sweep
 from orient.store.plain import event_rows
 from orient.store.preflight import Preflight, preflight
 from orient.store.rows import as_dicts, stored_rows
@@ -181,7 +181,7 @@ class Project:
         run = self.run(stage, version)
         if run.status != "succeeded":
             raise UsageError(f"{stage} version {version} failed, it cannot be selected.", run.error)
-        self._write(lambda connection: ledger.select(connection, stage, run.run_id, actor, reason))
+        self._write(lambda connection: ledger.select(connection, stage, run.run_id, actor, reason), self._is_selected)
         return run
 
     def _write(self, work: Callable[[Connection], Result], is_stored: Callable[[Result], bool] | None = None) -> Result:
@@ -225,6 +225,12 @@ class Project:
                 return False
         return True
 
+    def _is_selected(self, record_digest: str) -> bool:
+        """As `_are_stored`, for a selection."""
+        query = "SELECT count(*) FROM main.selection WHERE record_digest = ?"
+        with self.snapshot() as connection:
+            return bool(connection.exec_driver_sql(query, (record_digest,)).scalar_one())
+
     def _open_gate(self) -> Gated:
         if self._is_closed:
             raise OurFault(f"{self.path} is closed")
@@ -242,6 +248,7 @@ def open_project(path: str | os.PathLike[str], mode: Mode = "read") -> Project:
     look = preflight(path, form)
     if mode == "write":
         require_writable(look.path)
+        sweep(look.path.parent)
     if look.journal == "hot":
         recover(look)
     project = Project(look, mode, form)
