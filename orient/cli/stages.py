@@ -189,7 +189,7 @@ def run(
     from orient.report.runs import Progress
 
     with Progress() as progress:
-        results = run_stale(project, _given(allow_ballpark=allow_ballpark), message, progress.begin, progress.end)
+        results = run_stale(project, settings_of(allow_ballpark=allow_ballpark), message, progress.begin, progress.end)
     progress.close_with(results, project)
 
 
@@ -201,7 +201,7 @@ def refine(
     reject: Reject = None,
 ) -> None:
     """Image coordinates: cycle means, interior orientation, distortion, refraction, curvature."""
-    _stage(project, "refine", _given(engine=engine, reject=reject), message, again)
+    _stage(project, "refine", settings_of(engine=engine, reject=reject), message, again)
 
 
 def digitize(
@@ -218,7 +218,7 @@ def digitize(
 ) -> None:
     """Map points by the polynomial of their sheet, with covariance; bad crosses are named."""
     asked = {} if degree is None else {"degree": _degree(degree)}
-    given = _given(choice=choice, engine=engine, reject=reject, robust=robust)
+    given = settings_of(choice=choice, engine=engine, reject=reject, robust=robust)
     _stage(project, "digitize", {**given, **asked, **_exclusion(exclude, reason)}, message, again)
 
 
@@ -226,14 +226,14 @@ def bl(
     project: ProjectPath, message: Reason = "bl", again: Again = False, allow_ballpark: AllowBallpark = None
 ) -> None:
     """B, L, H of all points on the ground's ellipsoid; the datum change is recorded."""
-    _stage(project, "bl", _given(allow_ballpark=allow_ballpark), message, again)
+    _stage(project, "bl", settings_of(allow_ballpark=allow_ballpark), message, again)
 
 
 def topocentric(
     project: ProjectPath, message: Reason = "topocentric", again: Again = False, radius: Radius = None
 ) -> None:
     """Topocentric coordinates T and T' of all points."""
-    _stage(project, "topocentric", _given(radius=radius), message, again)
+    _stage(project, "topocentric", settings_of(radius=radius), message, again)
 
 
 def resection(
@@ -259,7 +259,7 @@ def resection(
     tolerance: Tolerance = None,
 ) -> None:
     """Exterior orientation of the photo, and of its camera if asked; no approximate values are needed."""
-    given = _given(
+    given = settings_of(
         estimate=estimate,
         free_camera=free_camera,
         camera=camera,
@@ -294,7 +294,7 @@ def covariance(
     ] = None,
 ) -> None:
     """Covariance of the ground points, K = C Q C', error ellipses, and a map of the accuracy over the frame."""
-    given = _given(pairs=pairs, map_side=map_side, map_height_sigma_m=map_height_sigma_m)
+    given = settings_of(pairs=pairs, map_side=map_side, map_height_sigma_m=map_height_sigma_m)
     _stage(project, "covariance", given, message, again)
 
 
@@ -321,24 +321,32 @@ def absolute(
     ] = None,
     variance: Variance = None,
     engine: Engine = None,
+    test: Test = None,
+    reject: Reject = None,
+    robust: Robust = None,
+    exclude: Exclude = None,
+    reason: Why = None,
     max_iterations: MaxIterations = None,
     tolerance: Tolerance = None,
 ) -> None:
     """Absolute orientation of a model, zone by zone; all its points on the ground."""
-    given = _given(
+    given = settings_of(
         control=control,
         upside_down=upside_down,
         small_angles=small_angles,
         variance=variance,
         engine=engine,
+        test=test,
+        reject=reject,
+        robust=robust,
         max_iterations=max_iterations,
         tolerance=tolerance,
     )
     asked = {} if sigma_model is None else {"sigma_model": _sigma(sigma_model)}
-    _stage(project, "absolute", {**given, **asked}, message, again)
+    _stage(project, "absolute", {**given, **asked, **_exclusion(exclude, reason)}, message, again)
 
 
-def _given(**options: str | int | float | bool | None) -> Settings:
+def settings_of(**options: str | int | float | bool | None) -> Settings:
     return {name: value for name, value in options.items() if value is not None}
 
 

@@ -160,8 +160,7 @@ def _image_points(points: Means, interior: InteriorFit | None, photo: Row, table
     principal = np.tile([-required(photo, "x0_mm"), -required(photo, "y0_mm")], (len(frame), 1))
     reduced = frame + principal
     lens = _lens(given_camera(photo, tables).distortion, reduced, points.points)
-    air = _refraction(reduced + lens, photo)
-    curvature = _curvature(reduced + lens + air, photo)
+    air, curvature = air_and_curvature(reduced + lens, photo)
     image = reduced + lens + air + curvature
     return [
         {
@@ -211,6 +210,12 @@ def _lens(camera: distortion.Distortion, reduced: Array, names: Sequence[str]) -
             "Check the coefficients of the distortion and their direction in photo.toml.",
         )
     return lens
+
+
+def air_and_curvature(xy: Array, photo: Row) -> tuple[Array, Array]:
+    """(n, 2) corrections for refraction and for earth curvature of `xy` (n, 2), free of distortion [mm]."""
+    air = _refraction(xy, photo)
+    return air, _curvature(xy + air, photo)
 
 
 def _refraction(xy: Array, photo: Row) -> Array:

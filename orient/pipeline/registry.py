@@ -134,7 +134,7 @@ STAGES = (
     ),
     Stage(
         "absolute",
-        1,
+        2,
         "absolute orientation of a model, by zone",
         required=("photo", "model", "topocentric"),
         settings={
@@ -146,6 +146,11 @@ STAGES = (
             "small_angles": False,
             "max_iterations": 50,
             "tolerance": 1e-10,
+            "test": "auto",
+            "reject": False,
+            "robust": False,
+            "exclude": "",
+            "exclude_reason": "",
         },
         wanted_with="model",
     ),

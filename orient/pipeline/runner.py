@@ -84,12 +84,23 @@ def run_stale(
     path: Path, overrides: Settings, reason: str, begin: Callable[[Stage], None], end: Callable[[Result], None]
 ) -> list[Result]:
     """Compute every stage that is missing or stale, in order; a failure stops the stages that need it."""
-    results: list[Result] = []
     with open_project(path, "write") as project:
-        for stage in STAGES:
-            result = _next_result(project, stage, overrides, reason, results, begin)
-            results.append(result)
-            end(result)
+        return run_stale_in(project, overrides, reason, begin, end)
+
+
+def run_stale_in(
+    project: Project,
+    overrides: Settings,
+    reason: str,
+    begin: Callable[[Stage], None] = lambda stage: None,
+    end: Callable[[Result], None] = lambda result: None,
+) -> list[Result]:
+    """The same in a project that is open for writing."""
+    results: list[Result] = []
+    for stage in STAGES:
+        result = _next_result(project, stage, overrides, reason, results, begin)
+        results.append(result)
+        end(result)
     return results
 
 
@@ -155,6 +166,7 @@ def _run(project: Project, stage: Stage, settings: Settings, reason: str, again:
         reason=reason,
         outcome=outcome,
         select=True,
+        once=not again,
     )
     return Result(stage.name, project.append(new), computed=True, events=outcome.events, hint=outcome.hint)
 

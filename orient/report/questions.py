@@ -1,21 +1,19 @@
 """Ready-made questions to a project file, and answers as table, CSV or JSON."""
 
-import csv
 import json
 import math
 import re
 import sys
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from orient.errors import UsageError
+from orient.report.csv_text import csv_pieces
 from orient.report.text import console, print_answer, print_table
 from orient.values import Scalar
 
 MAX_TABLE_ROWS = 100_000
 PLAIN_NAME = re.compile(r"[\w-]*")
-FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +139,7 @@ def answer(path: Path, question: str, as_csv: bool, as_json: bool, raw: bool) ->
         objects = [dict(zip(columns, map(_for_json, row), strict=True)) for row in rows]
         print(json.dumps(objects, indent=2, allow_nan=False))
     elif as_csv:
-        _write_csv(columns, rows, raw)
+        sys.stdout.writelines(csv_pieces(columns, rows, raw))
     elif not rows:
         console().print("no rows")
     else:
@@ -153,16 +151,3 @@ def _for_json(value: Scalar | bytes) -> Scalar:
     if isinstance(value, bytes):
         return value.hex()
     return str(value) if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _write_csv(columns: Sequence[str], rows: Sequence[Sequence[Scalar]], raw: bool) -> None:
-    """RFC 4180; numbers in the shortest form that reads back to the same value."""
-    writer = csv.writer(sys.stdout, lineterminator="\r\n")
-    writer.writerow(columns)
-    for row in rows:
-        writer.writerow([value if raw else _guarded(value) for value in row])
-
-
-def _guarded(value: Scalar) -> Scalar:
-    """A spreadsheet must not take a name for a formula."""
-    return f"'{value}" if isinstance(value, str) and value.startswith(FORMULA_STARTS) else value

@@ -27,6 +27,10 @@ class Replaced(ProjectError):
     """The file was replaced, or its schema changed, while this command waited."""
 
 
+class ChangedMeanwhile(ProjectError):
+    """Another command made a new version of what was read."""
+
+
 class Corrupt(ProjectError):
     """The file is damaged."""
 

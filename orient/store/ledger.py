@@ -12,10 +12,9 @@ from importlib import metadata
 from sqlalchemy import Connection
 
 import orient
-from orient.errors import ProjectError
 from orient.store.chain import run_record_digest, selection_record_digest
 from orient.store.digest import OWN_CONTENT, input_digest, plain_json, rows_digest
-from orient.store.errors import OurFault, StorageError
+from orient.store.errors import ChangedMeanwhile, OurFault, StorageError
 from orient.store.format import Format
 from orient.store.plain import StoredRows, rows_to_store
 from orient.store.rows import insert_rows, stored_rows
@@ -69,7 +68,16 @@ def check_heads(connection: Connection, expected: Mapping[str, int | None]) -> N
     query = "SELECT run_id FROM main.selection WHERE stage = ? ORDER BY selection_id DESC LIMIT 1"
     for stage, run_id in expected.items():
         if connection.exec_driver_sql(query, (stage,)).scalar() != run_id:
-            raise ProjectError(f"{stage} was changed meanwhile by another command; run again.", "Nothing was stored.")
+            message = f"{stage} was changed meanwhile by another command; run again."
+            raise ChangedMeanwhile(message, "Nothing was stored.")
+
+
+def same_run(connection: Connection, new: NewRun) -> RunInfo | None:
+    """The newest run of the stage, if it is what is to be stored `once`: same inputs and settings, same ending."""
+    if not new.once:
+        return None
+    last = runs_where(connection, "r.run_id = (SELECT max(run_id) FROM main.stage_run WHERE stage = ?)", (new.stage,))
+    return next((run for run in last if (run.input_digest, run.error) == (new.input_digest, new.outcome.error)), None)
 
 
 def _insert_header(connection: Connection, new: NewRun) -> int:

@@ -172,7 +172,7 @@ class Project:
         def work(connection: Connection) -> list[RunInfo]:
             for run in new:
                 ledger.check_heads(connection, run.expected_heads)
-            return [ledger.append(connection, run, self._form) for run in new]
+            return [ledger.same_run(connection, run) or ledger.append(connection, run, self._form) for run in new]
 
         return self._write(work, self._are_stored)
 

@@ -78,6 +78,8 @@ STAGE_TABLES: dict[str, tuple[str, ...]] = {
         "absolute_alternative",
         "absolute_small_angle",
         "model_ground_point",
+        *TEST_TABLES,
+        "external_reliability",
     ),
     "image": ("image", "image_part"),
     "seal": ("sealed_file", "sealed_run"),
