@@ -19,12 +19,14 @@ from orient.store.project import open_project
 from tests.catalogue.case import NEVER, PROJECT, Place
 from tests.catalogue.project import hot_journal
 from tests.cli.commands import AERIAL, ENTRY, ROOT, Said, orient, orient_process, start
-from tests.faults.test_no_space_no_right import bound, modes_bind
+from tests.faults.conftest import victims
+from tests.faults.test_surroundings import modes_bind
+from tests.faults.victims import Ended, Fault, Victims
 from tests.promises import Promise
 from tests.store.made import new_run, outcome_of
 from tests.store.test_opening import unguarded
 
-__all__ = ["modes_bind"]
+__all__ = ["modes_bind", "victims"]
 
 HOLD = """
 import sqlite3, sys
@@ -47,21 +49,21 @@ def held(path: Path) -> Iterator[None]:
         child.communicate()
 
 
-def clean(said: Said) -> str:
+def clean(said: Said | Ended) -> str:
     everything = said.out + said.err
     assert not [never for never in NEVER if never in everything], everything
     return everything
 
 
 @pytest.mark.usefixtures("modes_bind")
-def test_D21_a_hot_journal_in_a_read_only_folder(place: Place, promise: Promise) -> None:
+def test_D21_a_hot_journal_in_a_read_only_folder(place: Place, victims: Victims, promise: Promise) -> None:
     with promise("B").trial("D21"):
         place.write({})
         hot_journal(place)
         place.project.chmod(0o444)
         place.root.chmod(0o555)
         try:
-            said = bound("status", place.project)
+            said = victims.run("status", place.project, fault=Fault(unprivileged=True))
         finally:
             place.root.chmod(0o755)
         assert said.code == 3
