@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from orient.batch.values import Ending
 from orient.errors import OrientError
-from orient.report.status import Status, status_of
+from orient.report.status import Standing, standing
 from orient.values import Row, Scalar
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ STATION = ("X_S", "Y_S", "Z_S")
 def ending_of(project: "Project", path: str, results: "Sequence[Result]") -> Ending:
     """What the summary keeps of an open project after its run; one moment of the file."""
     with project.snapshot():
-        status, heads = status_of(project), project.heads()
+        status, heads = standing(project), project.heads()
         numbers: dict[str, Scalar] = {"verdict": status.verdict.word, "sentence": status.verdict.sentence}
         numbers |= _counts(status) | {"n_computed": sum(result.computed for result in results)}
         if "photo" in heads:
@@ -57,7 +57,7 @@ def ending_of(project: "Project", path: str, results: "Sequence[Result]") -> End
     return ending
 
 
-def _refusal(status: Status, results: "Sequence[Result]") -> OrientError | None:
+def _refusal(status: Standing, results: "Sequence[Result]") -> OrientError | None:
     """What `orient run` says when a stage fails; a photo that is not oriented has no result either."""
     for result in results:
         if result.failed and result.run:
@@ -68,11 +68,11 @@ def _refusal(status: Status, results: "Sequence[Result]") -> OrientError | None:
     return OrientError(f"not oriented: {waits}", "Add what is missing: orient add PROJECT LIST FILE")
 
 
-def _is_current(status: Status, stage: str) -> bool:
+def _is_current(status: Standing, stage: str) -> bool:
     return any((entry["stage"], entry["state"]) == (stage, "current") for entry in status.stages)
 
 
-def _counts(status: Status) -> dict[str, Scalar]:
+def _counts(status: Standing) -> dict[str, Scalar]:
     severities = Counter(finding.severity for finding in status.findings)
     return {column: severities[severity] for severity, column in COUNT_OF.items()}  # type: ignore[index]
 
@@ -103,7 +103,7 @@ def _station_sigmas(covariances: Sequence[Row]) -> dict[str, Scalar]:
     return {f"sigma_{name}_m": math.sqrt(float(variances[name] or 0.0)) for name in STATION if name in variances}
 
 
-def _stages(status: Status, heads: "dict[str, RunInfo]", results: "Sequence[Result]") -> Iterator[Row]:
+def _stages(status: Standing, heads: "dict[str, RunInfo]", results: "Sequence[Result]") -> Iterator[Row]:
     """The current version of each stage, or what failed, with its digests."""
     ran = {result.stage: result for result in results}
     for place, entry in enumerate(status.stages):
@@ -125,7 +125,7 @@ def _stages(status: Status, heads: "dict[str, RunInfo]", results: "Sequence[Resu
         }
 
 
-def _findings(status: Status) -> Iterator[Row]:
+def _findings(status: Standing) -> Iterator[Row]:
     """How often each kind of finding is told, with its first message."""
     counts = Counter((finding.stage, finding.code, finding.severity) for finding in status.findings)
     first = {(finding.stage, finding.code, finding.severity): finding for finding in reversed(status.findings)}

@@ -9,19 +9,23 @@ from typer.models import OptionInfo
 
 from orient.cli.options import Again, ProjectPath, Reason, valid_text
 from orient.errors import UsageError
+from orient.pipeline.setting_values import (
+    CAMERA_ELEMENTS,
+    LARGEST_SIGMA,
+    LARGEST_TOLERANCE,
+    MAP_SIDES,
+    MOST_ITERATIONS,
+    SMALLEST_SIGMA,
+    WORDS,
+)
 from orient.units import NUMBER
 from orient.values import Settings
-
-CAMERA_ELEMENTS = ("f", "x0", "y0", "k1", "k2", "k3", "p1", "p2", "b1", "b2")
 
 
 def register(app: typer.Typer) -> None:
     for command in (run, refine, digitize, bl, topocentric, resection, covariance, absolute):
         app.command()(command)
 
-
-LARGEST_TOLERANCE = 1e-4
-SMALLEST_SIGMA, LARGEST_SIGMA = 1e-12, 1e8
 
 Exclude = Annotated[
     str | None,
@@ -113,37 +117,29 @@ AllowBallpark = Annotated[
 ]
 
 
-Engine = Annotated[str | None, _choice("--engine", ("zlatanov", "qr"), "Algorithm Z (normal equations), or QR.")]
+Engine = Annotated[str | None, _choice("--engine", WORDS["engine"], "Algorithm Z (normal equations), or QR.")]
 Degree = Annotated[
     str | None, typer.Option("--degree", metavar="1...5|auto", help="Degree of the polynomial; auto: chosen.")
 ]
-Choice = Annotated[
-    str | None, _choice("--choice", ("f-test", "leave-one-out"), "What chooses a degree that is not given.")
-]
+Choice = Annotated[str | None, _choice("--choice", WORDS["choice"], "What chooses a degree that is not given.")]
 Radius = Annotated[
-    str | None, _choice("--radius", ("exact", "polynomial"), "N exact, or by the paper's polynomial (Krasovsky only).")
+    str | None, _choice("--radius", WORDS["radius"], "N exact, or by the paper's polynomial (Krasovsky only).")
 ]
-Control = Annotated[
-    str | None, _choice("--control", ("auto", "fixed", "weighted"), "Errors of the control: as given, none, all.")
-]
+Control = Annotated[str | None, _choice("--control", WORDS["control"], "Errors of the control: as given, none, all.")]
 Correlation = Annotated[
     str | None,
-    _choice("--correlation", ("sheet", "point"), "Errors of a map sheet: common to its points, or each point apart."),
+    _choice("--correlation", WORDS["correlation"], "Errors of a map sheet: common to its points, or each point apart."),
 ]
 Interior = Annotated[
     str | None,
-    _choice("--interior", ("weighted", "fixed"), "Interior orientation: as sure as its fiducial marks, or known."),
+    _choice("--interior", WORDS["interior"], "Interior orientation: as sure as its fiducial marks, or known."),
 ]
 Test = Annotated[
     str | None,
-    _choice(
-        "--test", ("auto", "w", "tau"), "Baarda's w (sigma0 known), Pope's tau (estimated); auto follows --variance."
-    ),
+    _choice("--test", WORDS["test"], "Baarda's w (sigma0 known), Pope's tau (estimated); auto follows --variance."),
 ]
-Variance = Annotated[
-    str | None, _choice("--variance", ("posteriori", "priori"), "Which sigma0 scales the covariances.")
-]
-MaxIterations = Annotated[int | None, typer.Option("--max-iterations", min=1, max=1000)]
+Variance = Annotated[str | None, _choice("--variance", WORDS["variance"], "Which sigma0 scales the covariances.")]
+MaxIterations = Annotated[int | None, typer.Option("--max-iterations", min=1, max=MOST_ITERATIONS)]
 Estimate = Annotated[
     str | None,
     typer.Option(
@@ -158,17 +154,17 @@ FreeCamera = Annotated[
     typer.Option("--free-camera/--camera-priors", help="Estimate without, or with the sigmas of photo.toml."),
 ]
 CameraUse = Annotated[
-    str | None, _choice("--camera", ("fixed", "weighted"), "Camera as known, or with the sigmas of photo.toml.")
+    str | None, _choice("--camera", WORDS["camera"], "Camera as known, or with the sigmas of photo.toml.")
 ]
 Calibrate = Annotated[
     str | None,
-    _choice("--calibrate", ("none", "auto"), "Add elements of the camera by steps while significant and separable."),
+    _choice("--calibrate", WORDS["calibrate"], "Add elements of the camera by steps while significant and separable."),
 ]
 LensDirection = Annotated[
     str | None,
     _choice(
         "--distortion",
-        ("camera", "correction", "displacement", "ideal_to_distorted"),
+        WORDS["distortion"],
         "Direction of k1 ... p2 where photo.toml has no lens; camera: correction.",
     ),
 ]
@@ -286,7 +282,12 @@ def covariance(
     pairs: Pairs = None,
     map_side: Annotated[
         int | None,
-        typer.Option("--map-side", min=2, max=101, help="Places along each side of the frame in the map of accuracy."),
+        typer.Option(
+            "--map-side",
+            min=MAP_SIDES[0],
+            max=MAP_SIDES[1],
+            help="Places along each side of the frame in the map of accuracy.",
+        ),
     ] = None,
     map_height_sigma_m: Annotated[
         float | None,

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from orient.errors import OrientError, UsageError
 from orient.pipeline.registry import ABOUT_RUNS, BY_NAME, IMAGE, STAGES, Stage
+from orient.pipeline.setting_values import check_settings
 from orient.store.digest import input_digest, output_digest
 from orient.store.project import NewRun, Project, RunInfo, create_project, open_project
 from orient.values import Event, InputTables, Outcome, Settings, Tables
@@ -209,7 +210,10 @@ def _full_settings(stage: Stage, head: RunInfo | None, given: Settings) -> Setti
     """Defaults, then what the current version was made with, then what the user says now."""
     unknown = set(given) - set(stage.settings)
     if unknown:
-        raise UsageError(f"{stage.name} has no setting {', '.join(sorted(unknown))}")
+        raise UsageError(
+            f"{stage.name} has no setting {', '.join(sorted(unknown))}", f"It has: {', '.join(stage.settings)}."
+        )
+    check_settings(given)
     made_with = {**stage.formerly, **head.settings} if head else {}
     kept = {key: value for key, value in made_with.items() if key in _kept_names(stage)}
     return {**stage.settings, **kept, **given}

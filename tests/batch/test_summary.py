@@ -16,7 +16,7 @@ from orient.batch.photo_task import work_through
 from orient.batch.summary import Summary, open_summary
 from orient.batch.values import Ending, Item, Order
 from orient.errors import OrientError, ProjectError, UsageError
-from orient.report.status import status_of
+from orient.report.status import standing
 from orient.store.project import open_project
 from orient.store.summary_engine import summary_place
 from tests.batch.postgresql import PASSWORD, cluster, programs
@@ -90,7 +90,7 @@ def test_every_number_is_the_projects(summary: Summary, ended: list[Ending], spa
     summary.store(summary.begin(FACTS), ended)
     (row,) = asked(summary, f"SELECT * FROM orient_latest WHERE path = '{space_project}'")
     with open_project(space_project) as project:
-        status, head = status_of(project), project.heads()["resection"]
+        status, head = standing(project), project.heads()["resection"]
         tables = project.read_tables(head.run_id)
     found = tables["orientation"][0]
     for column, value in found.items():
