@@ -55,6 +55,7 @@ OPERATIONS = (
     Operation("upgrade", "old", lambda folder: ("upgrade", folder / PROJECT)),
     Operation("backup", "done", lambda folder: ("backup", folder / PROJECT, folder / COPY), COPY),
     Operation("receive", "done", lambda folder: ("receive", folder / PROJECT, folder / COPY), COPY),
+    Operation("seal", "done", lambda folder: ("seal", folder / PROJECT, "-o", folder / COPY), COPY),
 )
 QUICK = frozenset({"run", "select", "backup"})
 """Those that the quick tests try; the others are tried by the slow ones too."""

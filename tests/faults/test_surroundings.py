@@ -9,30 +9,20 @@ from pathlib import Path
 import pytest
 
 from tests.cli.commands import orient_process
-from tests.faults.operations import BY_NAME, COPY, PROJECT, QUICK, Operation, each
+from tests.faults.operations import BY_NAME, PROJECT, QUICK, Operation, each
 from tests.faults.oracle import Clean, judge, recovered, state_of
+from tests.faults.privilege import modes_bind as modes_bind
 from tests.faults.victims import Fault, Victims
 from tests.promises import Promise
 
 CleanOf = Callable[[str], Clean]
-NOT_COMPUTING = ("new", "add", "select", "verify", "check", "upgrade", "backup", "receive")
+NOT_COMPUTING = ("new", "add", "select", "verify", "check", "upgrade", "backup", "receive", "seal")
 READING = (
     ("status",), ("show", "resection"), ("sql", "residuals"), ("log",), ("check",), ("diff", "resection", "1", "1"),
     ("verify", "--no-record"),
 )  # fmt: skip
 
 # ------------------------------------------------------------------------------------------ read-only
-
-
-@pytest.fixture(scope="session")
-def modes_bind(victims: Victims, tmp_path_factory: pytest.TempPathFactory) -> None:
-    """Modes do not bind root; the victims give up that privilege where the system lets them."""
-    folder = tmp_path_factory.mktemp("modes")
-    folder.chmod(0o555)
-    ended = victims.run("new", folder / COPY, "--from", folder, fault=Fault(unprivileged=True))
-    folder.chmod(0o755)
-    if ended.code == 0 or (folder / COPY).exists():
-        pytest.skip("root cannot give up its privilege here, and modes do not bind root")
 
 
 def closed(folder: Path, what: str) -> Path:

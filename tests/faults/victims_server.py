@@ -19,7 +19,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-CAP_DAC_OVERRIDE, PR_CAPBSET_DROP = 1, 24
+from tests.faults.privilege import without_privilege
 
 
 def serve() -> None:
@@ -116,14 +116,6 @@ def limit_file_size(size: int) -> None:
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
 
 
-def give_up_privilege(_: bool) -> None:
-    """Root loses the right to write what modes forbid."""
-    if os.geteuid() == 0:
-        ctypes.CDLL(None).prctl(PR_CAPBSET_DROP, CAP_DAC_OVERRIDE, 0, 0, 0)
-        header, data = (ctypes.c_uint32 * 2)(0x20080522, 0), (ctypes.c_uint32 * 6)()
-        ctypes.CDLL(None).capset(header, data)
-
-
 def before_computing(what: list[str]) -> None:
     """["fail"]: computing is a mistake; ["replace", other, path]; ["delete", path]; ["copy", path, other]."""
     from orient.pipeline import runner
@@ -171,7 +163,7 @@ SETTINGS: dict[str, Callable[[Any], None]] = {
     "watched": watch_own_opens,
     "umask": os.umask,
     "clock_s": lambda seconds: ctypes.CDLL(None).fault_clock(ctypes.c_long(seconds)),
-    "unprivileged": give_up_privilege,
+    "unprivileged": lambda _: without_privilege(),
     "file_size": limit_file_size,
     "max_pages": limit_pages,
     "more_memory": limit_memory,
