@@ -57,8 +57,8 @@ def write_output(target: Path, content: bytes | Iterable[bytes], project: Path, 
 def _is_own_input(target: Path, project: Path) -> bool:
     own = Path(os.path.abspath(project))  # noqa: PTH100
     names = {own.with_name(own.name + side) for side in ("", *SIDE_FILES)}
-    real = own.resolve()
+    real = Path(os.path.realpath(own))  # not resolve(): it fails on a loop of links
     names |= {real.with_name(real.name + side) for side in ("", *SIDE_FILES)}
-    if target in names or target.resolve() in names:
+    if target in names or Path(os.path.realpath(target)) in names:
         return True
     return target.exists() and project.exists() and target.samefile(project)
