@@ -71,8 +71,11 @@ def require_datasette() -> None:
 
 def datasette_app(copy: Path, about: tuple[str, str], how: Served) -> App:
     """Datasette on one immutable file."""
+    import datasette.handle_exception
     from datasette.app import Datasette
 
+    # with rich at hand it would print pages of local variables for every mistyped query
+    datasette.handle_exception.rich = None
     settings = {
         "sql_time_limit_ms": TIME_LIMIT_MS,
         "max_returned_rows": MOST_ROWS,
@@ -124,6 +127,7 @@ def _listening(port: int) -> Iterator[socket.socket]:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listener.bind((LOOPBACK, port))
+            listener.listen()
         except OSError as error:
             raise OrientError(
                 f"port {port} cannot be used: {error.strerror}", "Give another one: --port 0 takes any free port."

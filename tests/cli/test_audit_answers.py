@@ -49,8 +49,8 @@ def test_the_outputs_of_the_page_are_those_of_the_program(tmp_path: Path) -> Non
 
 
 def adjusted(photo: orient.Photo, without: int | None) -> Array:
-    """(6,) r [rad], S [m] by scipy, from the stored image and ground coordinates; one of the 2n coordinates left out."""
-    image = {row: xy for row, xy in zip(*_columns(photo, "image_point", "refine", "x_mm", "y_mm"), strict=True)}
+    """(6,) r [rad], S [m] by scipy, from stored image and ground coordinates; one of the 2n coordinates left out."""
+    image = dict(zip(*_columns(photo, "image_point", "refine", "x_mm", "y_mm"), strict=True))
     names, ground = _columns(photo, "topocentric_point", "topocentric", "X_m", "Y_m", "Z_m")
     measured = np.array([image[name] for name in names])
     o = photo.orientation
@@ -128,7 +128,7 @@ INFLUENCE = (
 
 @pytest.mark.parametrize("sample", ["calgary-28", "simulated-space-krasovsky", "apollo15-metric-0585"])
 def test_the_shares_of_the_readings_make_their_part_of_the_variance(tmp_path: Path, sample: str) -> None:
-    """Against `source_cofactor`, which the stage finds in another way: from the covariance of each source as a whole."""
+    """Against `source_cofactor`, which the stage finds from the covariance of each source as a whole."""
     photo = orient.new(tmp_path / "p.sqlite", SAMPLES / sample)
     photo.run()
     shares = photo.ask(
