@@ -2,11 +2,12 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from orient.pipeline.registry import ALL_STAGES, BY_NAME, FINAL_STAGES, is_optional
-from orient.report.findings import UNUSED_DATA, Finding, findings, grave_first, print_findings, verdict
+from orient.report.findings import UNUSED_DATA, Finding, Verdict, findings, grave_first, print_findings, verdict
 from orient.report.findings import as_json as findings_as_json
 from orient.report.text import cell, console, print_table, printable
 from orient.report.verify import known_verdicts, status_line
@@ -23,17 +24,32 @@ WAITS_FOR = "waits for "
 MINUTE = len("2026-01-01T00:00")
 
 
+@dataclass(frozen=True, slots=True)
+class State:
+    """The verdict about a project, the findings of what is current, and every stage that is not absent."""
+
+    verdict: Verdict
+    findings: Sequence[Finding]
+    stages: Sequence[dict[str, object]]
+
+
+def project_state(project: "Project") -> State:
+    """How it stands, from one moment of the file."""
+    stale = {row[0]: (bool(row[2]), row[3]) for row in project.query(STATUS)[1]}
+    current = {row[0]: row for row in project.query(CURRENT)[1]}
+    failed = _last_failures(project)
+    found = current_findings(project)
+    stages = [_stage_status(name, current, stale, failed) for name in ALL_STAGES]
+    known = [entry for entry in stages if entry["state"] != "absent" and not _can_be_left_out(entry)]
+    return State(verdict({str(entry["stage"]): str(entry["state"]) for entry in known}, found, FINAL_STAGES), found, known)
+
+
 def show_status(path: Path, as_json: bool) -> None:
     """The verdict and the problems of what is current; then every stage."""
     with open_project(path, "read") as project, project.snapshot():
-        stale = {row[0]: (bool(row[2]), row[3]) for row in project.query(STATUS)[1]}
-        current = {row[0]: row for row in project.query(CURRENT)[1]}
-        failed = _last_failures(project)
-        found, verdicts = current_findings(project), known_verdicts(project)
+        state, verdicts = project_state(project), known_verdicts(project)
         warnings = project.warnings
-    stages = [_stage_status(name, current, stale, failed) for name in ALL_STAGES]
-    known = [entry for entry in stages if entry["state"] != "absent" and not _can_be_left_out(entry)]
-    judged = verdict({str(entry["stage"]): str(entry["state"]) for entry in known}, found, FINAL_STAGES)
+    judged, found, known = state.verdict, state.findings, state.stages
     if as_json:
         content = {
             "project": str(path),
