@@ -9,7 +9,7 @@ FIRST_COLUMN = frozenset({0})
 
 @dataclass(frozen=True, slots=True)
 class Paragraph:
-    """`look`: plain | formula | note."""
+    """`look`: plain | note | heading."""
 
     kind: ClassVar[str] = "paragraph"
     text: str

@@ -11,6 +11,8 @@ MISSING = "–"
 MICROMETRES = 1000.0
 MINUTE = len("2026-01-01T00:00")
 LONGEST = 400
+ROUNDED = 6
+"""Up to so many digits a number keeps its last zeros: they are known."""
 
 
 def name(value: object) -> str:
@@ -32,9 +34,11 @@ def digits(value: object, count: int = 4) -> str:
     if value is None or not math.isfinite(_float(value)):
         return MISSING
     size = abs(_float(value))
-    if 1e4 <= size < 1e9:
+    if size == 0 or count > ROUNDED:
+        return f"{_float(value):.{count}g}"
+    if 10**count <= size < 1e9:
         return f"{_float(value):.0f}"
-    return f"{_float(value):.{count}g}"
+    return f"{_float(value):#.{count}g}".rstrip(".")
 
 
 def scientific(value: float) -> str:

@@ -92,7 +92,7 @@ def _draw_ellipses(axes: "Axes", rows: Sequence[Row], data: PlotData, scale: flo
     shapes: Array = numbers(
         [by_point[row["point"]] for row in chosen], "ellipse_a_mm", "ellipse_b_mm", "ellipse_direction_deg"
     )
-    label: str | None = tr("standard error ellipse of the ground point, same scale")
+    label: str | None = tr("standard ellipse")
     for (x, y), (a, b, direction) in zip(places, shapes, strict=True):
         ellipse = Ellipse(
             (x, y), 2 * scale * a, 2 * scale * b, angle=direction, fill=False, edgecolor=GREEN, linewidth=0.8

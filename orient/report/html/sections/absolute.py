@@ -40,8 +40,8 @@ def _zone(zone: str, evidence: Evidence) -> list[Block]:
     parameters = _of_zone(evidence, "absolute_iteration_parameter", zone)
     curves = [evidence.figure("iterations", f"{heading}: {tr('Iterations')}", part=zone)]
     if found is None:
-        return [Paragraph(heading), *curves, step_table(steps), parameter_table(parameters)]
-    blocks: list[Block] = [Paragraph(f"{heading}. {_summary(found)}"), *_elements(zone, heading, found, evidence)]
+        return [Paragraph(heading, "heading"), *curves, step_table(steps), parameter_table(parameters)]
+    blocks: list[Block] = [Paragraph(heading, "heading"), Paragraph(_summary(found)), *_elements(zone, heading, found, evidence)]
     blocks += [block for view in FORMS for block in _matrix(zone, heading, view, found, evidence)]
     blocks += [*_residuals(zone, heading, evidence), *curves, step_table(steps), parameter_table(parameters)]
     return blocks + _points(zone, heading, evidence)

@@ -1,12 +1,12 @@
 """What the residuals mean in the real world, and what is good: in the image, in pixels, on the ground."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from orient.report.covariance import plan_sigma
 from orient.report.html import kinds
 from orient.report.html.blocks import Block, Paragraph, Section, Table
-from orient.report.html.cells import MICROMETRES, MISSING, digits, fixed, rms
+from orient.report.html.cells import MICROMETRES, MISSING, digits, fixed, joined, rms
 from orient.report.html.evidence import Evidence
 from orient.report.language import mark, tr, trn
 from orient.values import Row
@@ -15,6 +15,10 @@ RESIDUAL = ("point", "role", "vx_mm", "vy_mm", "depth_m")
 AS_CONTROL = 1.5
 """Check points may fit so many times worse than control: that has been fitted, they have not."""
 WORDS = frozenset({0, 3})
+ADJUSTED = mark(
+    "The ground points have errors of their own and were adjusted as well: their residuals in the image are small because "
+    "the points moved. Judge them on the ground."
+)
 ROLES = {"control": mark("Control points"), "check": mark("Check points")}
 
 
@@ -24,10 +28,15 @@ def section(evidence: Evidence) -> Section | None:
         return None
     rows = evidence.rows("resection", "image_residual", RESIDUAL)
     by_role = {role: [row for row in rows if row["role"] == role] for role in ROLES}
-    blocks: list[Block] = [_sentence(role, chosen, photo, found) for role, chosen in by_role.items() if chosen]
+    moved = _ground_differences(evidence)
+    blocks: list[Block] = [
+        _sentence(role, chosen, photo, found, moved[role]) for role, chosen in by_role.items() if chosen
+    ]
+    if evidence.count("resection", "adjusted_point"):
+        blocks.append(Paragraph(tr(ADJUSTED)))
     if not by_role["check"]:
         blocks.append(Paragraph(tr("There are no check points: no independent point confirms the orientation.")))
-    blocks += [*_new_point(evidence), Paragraph(_verdict(found, evidence)), _table(by_role, found, evidence)]
+    blocks += [*_new_point(evidence), Paragraph(_verdict(found, evidence)), _table(by_role, moved, found, evidence)]
     return Section("meaning", tr("What the residuals mean"), blocks)
 
 
@@ -41,7 +50,7 @@ def across_m(row: Row, f_mm: float) -> float:
     return length_mm(row) * abs(float(row["depth_m"] or 0.0)) / f_mm
 
 
-def _sentence(role: str, rows: Sequence[Row], photo: Row, found: Row) -> Paragraph:
+def _sentence(role: str, rows: Sequence[Row], photo: Row, found: Row, moved: float | None) -> Paragraph:
     """Root mean square length of the residual vector, in all three units."""
     image = rms(map(length_mm, rows)) or 0.0
     ground = rms(across_m(row, float(found["f_mm"] or 1.0)) for row in rows)
@@ -55,7 +64,25 @@ def _sentence(role: str, rows: Sequence[Row], photo: Row, found: Row) -> Paragra
         pixels=in_pixels,
         ground=digits(ground, 3),
     )
-    return Paragraph(f"{counted} {told}")
+    place = "" if moved is None else tr(
+        "On the ground the ray of the point passes its given place at {moved} m (root mean square of the plan distance, "
+        "with the error of the given place in it).",
+        moved=digits(moved, 3),
+    )  # fmt: skip
+    return Paragraph(joined([counted, told, place]))
+
+
+def _ground_differences(evidence: Evidence) -> dict[str, float | None]:
+    """RMS of the plan distance between the ray at its height and the given place [m], by role."""
+    rows = evidence.rows("covariance", "ground_covariance", ("role", "dX_m", "dY_m"))
+    return {
+        role: rms(
+            math.hypot(float(row["dX_m"] or 0.0), float(row["dY_m"] or 0.0))
+            for row in rows
+            if row["role"] == role and row["dX_m"] is not None
+        )
+        for role in ROLES
+    }
 
 
 def _new_point(evidence: Evidence) -> list[Block]:
@@ -90,9 +117,11 @@ def _verdict(found: Row, evidence: Evidence) -> str:
     return tr("No stated precision tells what to expect of it.")
 
 
-def _table(by_role: dict[str, list[Row]], found: Row, evidence: Evidence) -> Table:
+def _table(
+    by_role: Mapping[str, list[Row]], moved: Mapping[str, float | None], found: Row, evidence: Evidence
+) -> Table:
     """Found, expected and what follows, measure by measure."""
-    rows = [*_sigma0(found, evidence), *_check(by_role), *_tests(evidence)]
+    rows = [*_sigma0(found, evidence), *_check(by_role, moved), *_tests(evidence)]
     headers = [tr("measure"), tr("found"), tr("good is"), tr("this one is")]
     return Table(tr("What is good?"), headers, rows, WORDS)
 
@@ -107,14 +136,16 @@ def _sigma0(found: Row, evidence: Evidence) -> list[list[str]]:
     return [[tr("sigma0 to its value a priori"), fixed(ratio, 2), expected, kinds.word(test["verdict"])]]
 
 
-def _check(by_role: dict[str, list[Row]]) -> list[list[str]]:
-    control, check = (rms(map(length_mm, by_role[role])) for role in ROLES)
+def _check(by_role: Mapping[str, list[Row]], moved: Mapping[str, float | None]) -> list[list[str]]:
+    """On the ground where both are known there: adjusted control points have moved in the image."""
+    on_ground = moved["control"] and moved["check"] is not None
+    control, check = (moved[role] if on_ground else rms(map(length_mm, by_role[role])) for role in ROLES)
     if not control or check is None:
         return []
     ratio = check / control
     judged = tr("good") if ratio <= AS_CONTROL else tr("too large")
     return [
-        [tr("check points' residuals to those of control"), fixed(ratio, 2), tr("up to {high}", high=AS_CONTROL), judged]
+        [tr("differences at check points to those at control"), fixed(ratio, 2), tr("up to {high}", high=AS_CONTROL), judged]
     ]
 
 

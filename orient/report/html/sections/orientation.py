@@ -153,7 +153,7 @@ def _angles(rows: Sequence[Row]) -> Table:
 def _definitions() -> str:
     triples = "; ".join(f"{name}: {tr(told)}" for name, told in DEFINITIONS.items())
     axes = "; ".join(tr(told) for told in AXES.values())
-    return f"{triples}. {axes}."
+    return f"{triples}. {tr('Axes')}: {axes}."
 
 
 # ---------------------------------------------------------------------------------------------- covariance

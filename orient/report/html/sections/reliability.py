@@ -108,4 +108,4 @@ def _size(row: Row, column: str) -> list[str]:
         return [digits(None)]
     if row["unit"] == "mm":
         return [f"{MICROMETRES * float(value):.1f} µm"]
-    return [f"{digits(value, 3)} {name(row['unit'])}"]
+    return [f"{digits(value, 3)} {name(row['unit'])}".removesuffix(" 1")]
