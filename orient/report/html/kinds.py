@@ -84,7 +84,7 @@ WORDS = {
     "excluded": mark("excluded"),
     "rejected": mark("rejected"),
     "fit": mark("fit"),
-    "free": mark("free"),
+    "free": mark("new point"),
     "good": mark("good"),
     "suspect": mark("suspect"),
     "hardly checked": mark("hardly checked"),

@@ -55,8 +55,9 @@ def _title(shares: Sequence[Share], shown: int, all_points: int) -> str:
         return tr("No error budget")
     if shown == all_points:
         return tr("Where the ground error comes from")
-    told = "Where the ground error comes from, the {shown} least sure of {total} points"
-    return tr(told, shown=shown, total=all_points)
+    return tr(
+        "Where the ground error comes from, the {shown} least sure of {total} points", shown=shown, total=all_points
+    )
 
 
 def _draw_bars(axes: "Axes", shares: Sequence[Share], points: Sequence[Mapping[tuple[str, str], float]]) -> None:

@@ -18,7 +18,7 @@ WORDS = frozenset({0, 1, 2})
 def section(evidence: Evidence) -> Section | None:
     rows = [*_resection(evidence), *_image(evidence), *_sheets(evidence), *_absolute(evidence)]
     blocks: list[Block] = [Paragraph(text) for text in _definitions(evidence)]
-    headers = [tr("number"), tr("formula"), tr("divisor"), tr("sum of squares"), tr("result")]
+    headers = [tr("quantity"), tr("formula"), tr("divisor"), tr("sum of squares"), tr("result")]
     if rows:
         blocks.append(Table(tr("RMS and σ0 of this report"), headers, rows, WORDS))
     return Section("formulas", tr("How the numbers are computed"), blocks) if rows else None

@@ -55,13 +55,12 @@ def _sentence(role: str, rows: Sequence[Row], photo: Row, found: Row, moved: flo
     image = rms(map(length_mm, rows)) or 0.0
     ground = rms(across_m(row, float(found["f_mm"] or 1.0)) for row in rows)
     pixel = photo["pixel_size_mm"]
-    in_pixels = "" if pixel is None else tr(" ({pixels} pixels)", pixels=digits(image / float(pixel), 3))
+    in_pixels = "" if pixel is None else f" ({digits(image / float(pixel), 3)} px)"
     counted = trn("{role}: {n} point.", "{role}: {n} points.", len(rows), role=tr(ROLES[role]))
     told = tr(
-        "The place that the orientation predicts misses the measured one by {image} µm{pixels}, root mean square of the "
+        "The place that the orientation predicts misses the measured one by {image}, root mean square of the "
         "length. At the distance of the points that is {ground} m across the line of sight.",
-        image=digits(MICROMETRES * image, 3),
-        pixels=in_pixels,
+        image=f"{digits(MICROMETRES * image, 3)} µm{in_pixels}",
         ground=digits(ground, 3),
     )
     place = "" if moved is None else tr(

@@ -55,7 +55,7 @@ def _facts(photo: Row) -> list[tuple[str, str]]:
     for column, told in (("taken_on", tr("taken on")), ("image_file", tr("image file"))):
         if photo[column]:
             pairs.append((told, name(photo[column])))
-    pairs.append((tr("taken"), kinds.word(photo["platform"])))
+    pairs.append((tr("platform"), kinds.word(photo["platform"])))
     for column, told in KNOWN_TO.items():
         if photo[column] is not None and photo[column] != "none":
             sigma = photo[SIGMAS[column]] if column in SIGMAS else None

@@ -94,7 +94,7 @@ def _operations(evidence: Evidence) -> list[Block]:
         for row in rows[:MOST]
     ]
     headers = [
-        tr("list"), tr("from"), tr("to"), tr("operation"), tr("accuracy, m"), tr("datum shift unknown"), tr("definition")
+        tr("list"), tr("source system"), tr("target system"), tr("operation"), tr("accuracy, m"), tr("datum shift unknown"), tr("definition")
     ]  # fmt: skip
     return [Table(tr("Coordinate operations"), headers, cells, frozenset({0, 1, 2, 3, 5, 6}))]
 

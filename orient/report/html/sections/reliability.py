@@ -52,7 +52,7 @@ def _global(stage: str, rows: Sequence[Row]) -> Table:
         for row in rows
     ]
     headers = [
-        tr("adjustment"), "r", "v′Pv/σ0²", tr("from"), tr("to"), tr("probability"), tr("global test"), tr("test"),
+        tr("adjustment"), "r", "v′Pv/σ0²", tr("accepted from"), tr("accepted to"), tr("probability"), tr("global test"), tr("test"),
         tr("limit"),
     ]  # fmt: skip
     title = tr("Global test (5 %): {stage}", stage=kinds.stage(stage))
