@@ -40,7 +40,7 @@ def build_page(path: Path) -> Page:
         photo = evidence.photo
     return Page(
         language=spoken(),
-        title=tr("Orientation report") if photo is None else f"{tr('Orientation report')}: {name(photo['name'])}",
+        title=tr("Orientation report") + ("" if photo is None else f": {name(photo['name'])}"),
         subtitle=_subtitle(evidence),
         verdict=tr(kinds.VERDICTS[evidence.verdict.word]),
         verdict_word=evidence.verdict.word,

@@ -31,8 +31,8 @@ ROOM, ROOM_OF_ONE = 0.1, 0.6
 WIDE_M = 5000.0
 AXES = {
     "topocentric": (mark("Y, grid east"), mark("X, grid north")),
-    "local_left": ("Y", "X"),
-    "local_right": ("X", "Y"),
+    "local_left": (mark("Y"), mark("X")),
+    "local_right": (mark("X"), mark("Y")),
 }
 
 

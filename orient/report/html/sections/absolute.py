@@ -38,7 +38,7 @@ def _zone(zone: str, evidence: Evidence) -> list[Block]:
     found = next(iter(_of_zone(evidence, "absolute_orientation", zone)), None)
     steps = _of_zone(evidence, "absolute_iteration", zone)
     parameters = _of_zone(evidence, "absolute_iteration_parameter", zone)
-    curves = [evidence.figure("iterations", f"{heading}: {tr('Iterations')}", part=zone)]
+    curves = [evidence.figure("iterations", tr("{zone}: iterations", zone=heading), part=zone)]
     if found is None:
         return [Paragraph(heading, "heading"), *curves, step_table(steps), parameter_table(parameters)]
     blocks: list[Block] = [Paragraph(heading, "heading"), Paragraph(_summary(found)), *_elements(zone, heading, found, evidence)]

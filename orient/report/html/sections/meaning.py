@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from statistics import median
 
 from orient.report.covariance import plan_sigma
 from orient.report.html import kinds
@@ -90,9 +91,11 @@ def _new_point(evidence: Evidence) -> list[Block]:
     if not seen:
         return []
     told = tr(
-        "A new point read once on the photo would be known to {best} m where the frame is best and to {worst} m where it "
-        "is worst (one standard deviation of a plan coordinate, height without error).",
+        "A new point read once on the photo would be known to {best} m where the frame is best, to {median} m in the "
+        "middle (median) and to {worst} m where it is worst (one standard deviation of a plan coordinate, height without "
+        "error).",
         best=digits(min(seen), 3),
+        median=digits(median(seen), 3),
         worst=digits(max(seen), 3),
     )
     return [Paragraph(told)]

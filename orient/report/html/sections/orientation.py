@@ -96,7 +96,7 @@ def _elements(found: Row, angles: Sequence[Row], stored: Matrix) -> Table:
     sigma = dict(zip(stored.names, np.sqrt(np.diag(stored.values)), strict=True))
     cells = [[f"{name}, m", fixed(found[column], 4), fixed(float(sigma[name]), 4)] for name, column in STATION.items()]
     cells += [
-        [f"{GREEK[str(row['angle'])]}, {tr('deg')}", fixed(row["value_deg"], 7), fixed(row["sigma_deg"], 7)]
+        [GREEK[str(row["angle"])] + ", " + tr("deg"), fixed(row["value_deg"], 7), fixed(row["sigma_deg"], 7)]
         for row in _ordered(angles)
         if (row["triple"], row["frame"]) == ("aok", "ground")
     ]
@@ -153,7 +153,7 @@ def _angles(rows: Sequence[Row]) -> Table:
 def _definitions() -> str:
     triples = "; ".join(f"{name}: {tr(told)}" for name, told in DEFINITIONS.items())
     axes = "; ".join(tr(told) for told in AXES.values())
-    return f"{triples}. {tr('Axes')}: {axes}."
+    return triples + ". " + tr("Axes: {axes}.", axes=axes)
 
 
 # ---------------------------------------------------------------------------------------------- covariance
@@ -204,7 +204,7 @@ def in_convention(stored: Matrix, triple: str, axes: str, rotation: Array, turn:
         J[3:ELEMENTS, 3:ELEMENTS] = turn @ frame.partner
         station = ["X_G", "Y_G", "Z_G"]
     names = [*(GREEK[angle] for angle in ANGLE_ORDER[triple]), *station, *stored.names[ELEMENTS:]]
-    title = f"{triple}, {tr('ground') if axes == 'ground' else tr('geocentric')}"
+    title = triple + ", " + (tr("ground") if axes == "ground" else tr("geocentric"))
     return Matrix(title, names, stored.units, J @ stored.values @ J.T)
 
 

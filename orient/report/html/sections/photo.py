@@ -59,8 +59,13 @@ def _facts(photo: Row) -> list[tuple[str, str]]:
     for column, told in KNOWN_TO.items():
         if photo[column] is not None and photo[column] != "none":
             sigma = photo[SIGMAS[column]] if column in SIGMAS else None
-            pairs.append((tr(told), joined([in_full(photo[column]), "" if sigma is None else f"± {in_full(sigma)}"])))
+            pairs.append((tr(told), joined([_given(photo[column]), "" if sigma is None else f"± {_given(sigma)}"])))
     return pairs
+
+
+def _given(value: object) -> str:
+    """What the user wrote; a number that was computed from it without its rounding."""
+    return f"{value:.10g}" if isinstance(value, float) else name(value)
 
 
 def _distortion(evidence: Evidence) -> list[Block]:

@@ -41,7 +41,8 @@ def _table(title: str, rows: Sequence[Row], f_mm: float, pixel: object, ground: 
         tr("point"), "x, mm", "y, mm", "v_x, µm", "v_y, µm", tr("|v|, µm"), *pixels, "r_x", "r_y",
         tr("|v| across the ray, m"), "dX, m", "dY, m",
     ]  # fmt: skip
-    return Table(f"{title} ({trn('{n} point', '{n} points', len(rows))})", headers, cells, note=_note(rows, len(cells)))
+    counted = trn("{n} point", "{n} points", len(rows))
+    return Table(f"{title} ({counted})", headers, cells, note=_note(rows, len(cells)))
 
 
 def _image_cells(row: Row, pixel: object) -> list[str]:
