@@ -26,7 +26,8 @@ def plot(
         str, typer.Option("--output", "-o", metavar="FILE.svg|FILE.png|-", help="The picture; - is SVG to the output.")
     ],
     part: Annotated[
-        str, typer.Option("--part", callback=valid_text, help="The map sheet, or the zone of a model, if it has several.")
+        str,
+        typer.Option("--part", callback=valid_text, help="The map sheet, or the zone of a model, if it has several."),
     ] = "",
     language: Language = "en",
     force: Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")] = False,

@@ -41,7 +41,9 @@ def project_state(project: "Project") -> State:
     found = current_findings(project)
     stages = [_stage_status(name, current, stale, failed) for name in ALL_STAGES]
     known = [entry for entry in stages if entry["state"] != "absent" and not _can_be_left_out(entry)]
-    return State(verdict({str(entry["stage"]): str(entry["state"]) for entry in known}, found, FINAL_STAGES), found, known)
+    return State(
+        verdict({str(entry["stage"]): str(entry["state"]) for entry in known}, found, FINAL_STAGES), found, known
+    )
 
 
 def show_status(path: Path, as_json: bool) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from tests.cli.commands import ROOT, orient, orient_process
 
-PLOTS = ("accuracy", "budget", "ellipses", "residuals")
+PLOTS = ("accuracy", "budget", "ellipses", "iterations", "residuals", "sheet")
 STARTS = {"svg": b"<?xml", "png": b"\x89PNG"}
 SVG = "{http://www.w3.org/2000/svg}"
 

@@ -14,7 +14,8 @@ from orient.report.language import spoken, tr
 from orient.store.project import open_project
 
 ORDER = (
-    "findings", "meaning", "photo", "orientation", "residuals", "reliability", "accuracy", "budget", "absolute", "sheets",
+    "findings", "meaning", "photo", "orientation", "residuals", "reliability", "accuracy", "budget",
+    "absolute", "sheets",
     "image", "iterations", "formulas", "provenance",
 )  # fmt: skip
 FINAL = ("resection", "absolute")

@@ -19,7 +19,9 @@ def make_pdf(path: Path, language: str) -> bytes:
         from weasyprint import CSS, HTML
         from weasyprint.text.fonts import FontConfiguration
     except OSError as error:
-        raise OrientError(f"the libraries of WeasyPrint cannot be loaded: {error}", "Install Pango, or write HTML.") from None
+        raise OrientError(
+            f"the libraries of WeasyPrint cannot be loaded: {error}", "Install Pango, or write HTML."
+        ) from None
     fonts = FontConfiguration()
     faces = CSS(string=_faces(), font_config=fonts, url_fetcher=_only_fonts)
     document = HTML(string=page.decode("utf-8"), url_fetcher=_nothing)

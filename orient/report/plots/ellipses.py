@@ -58,7 +58,9 @@ def draw(data: PlotData) -> "Figure":
     _draw_ellipses(axes, [str(row["role"]) for row in rows], places, scale * np.column_stack([axes_a, axes_b]), angle)
     draw_points(axes, rows, places)
     if bar > 0:
-        draw_scale(axes, scale * bar, tr("semi-axis {size} m ({times} times)", size=f"{bar:g}", times=f"{scale * unit:g}"))
+        draw_scale(
+            axes, scale * bar, tr("semi-axis {size} m ({times} times)", size=f"{bar:g}", times=f"{scale * unit:g}")
+        )
     east, north = AXES[kind]
     axes.set_xlabel(f"{tr(east)}, {name}")
     axes.set_ylabel(f"{tr(north)}, {name}")

@@ -82,7 +82,7 @@ def _visible(values: Array) -> Array:
 
 
 def _finish(axes: "Axes", label: str, count: Array) -> None:
-    from matplotlib.ticker import FuncFormatter, NullFormatter
+    from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.0e}"))
     axes.yaxis.set_minor_formatter(NullFormatter())
@@ -91,4 +91,4 @@ def _finish(axes: "Axes", label: str, count: Array) -> None:
     axes.tick_params(labelsize=8)
     if len(count):
         axes.legend(fontsize=7.5, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.03), borderaxespad=0.2)
-        axes.xaxis.get_major_locator().set_params(integer=True)
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))

@@ -1,4 +1,4 @@
-"""The absolute orientation of the model, zone by zone: elements in three forms, covariance, residuals, ground points."""
+"""The absolute orientation of the model, zone by zone: elements in three forms, covariance, residuals, points."""
 
 import math
 from collections.abc import Sequence
@@ -41,7 +41,11 @@ def _zone(zone: str, evidence: Evidence) -> list[Block]:
     curves = [evidence.figure("iterations", tr("{zone}: iterations", zone=heading), part=zone)]
     if found is None:
         return [Paragraph(heading, "heading"), *curves, step_table(steps), parameter_table(parameters)]
-    blocks: list[Block] = [Paragraph(heading, "heading"), Paragraph(_summary(found)), *_elements(zone, heading, found, evidence)]
+    blocks: list[Block] = [
+        Paragraph(heading, "heading"),
+        Paragraph(_summary(found)),
+        *_elements(zone, heading, found, evidence),
+    ]
     blocks += [block for view in FORMS for block in _matrix(zone, heading, view, found, evidence)]
     blocks += [*_residuals(zone, heading, evidence), *curves, step_table(steps), parameter_table(parameters)]
     return blocks + _points(zone, heading, evidence)

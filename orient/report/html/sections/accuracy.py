@@ -59,7 +59,9 @@ def _points(evidence: Evidence, total: int) -> list[Table]:
         tr("point"), tr("role"), "X, m", "Y, m", "Z, m", "dX, m", "dY, m", "σX, m", "σY, m", "a, m", "b, m",
         tr("azimuth, deg"),
     ]  # fmt: skip
-    note = tr("dX, dY: where the ray meets the height of the point, minus the given place. a, b: semi-axes, σ all parts.")
+    note = tr(
+        "dX, dY: where the ray meets the height of the point, minus the given place. a, b: semi-axes, σ all parts."
+    )
     title = tr("Ground points, the least sure first")
     shown = worst_of(len(cells), total)
     return [Table(title, headers, cells, frozenset({0, 1}), f"{shown} {note}".strip())]

@@ -27,8 +27,10 @@ def section(evidence: Evidence) -> Section | None:
 def _definitions(evidence: Evidence) -> list[str]:
     signs = tr("Residuals are v = adjusted minus observed, in the image: computed minus measured.")
     divisor = tr(
-        "σ0 divides the weighted sum of squares by the redundancy r = n − u (equations minus unknowns), an RMS divides the "
-        "sum of squares by the number of residuals in it. σ0 judges the adjustment, an RMS only describes its residuals: "
+        "σ0 divides the weighted sum of squares by the redundancy r = n − u (equations minus unknowns), an RMS "
+        "divides the "
+        "sum of squares by the number of residuals in it. σ0 judges the adjustment, an RMS only describes its "
+        "residuals: "
         "with few points it is the smaller of the two."
     )
     found = evidence.one("resection", "orientation")
@@ -53,7 +55,9 @@ def _resection(evidence: Evidence) -> list[list[str]]:
     if found["redundancy"]:
         n, u, r = (found[key] for key in ("n_equations", "n_unknowns", "redundancy"))
         result = f"{digits(MICROMETRES * float(found['sigma0_mm'] or 0.0), 6)} µm"
-        rows.append([tr("σ0 of the orientation"), "√(v′Pv/r)", f"r = {n} − {u} = {r}", f"{digits(found['vPv'], 8)} mm²", result])
+        rows.append(
+            [tr("σ0 of the orientation"), "√(v′Pv/r)", f"r = {n} − {u} = {r}", f"{digits(found['vPv'], 8)} mm²", result]
+        )
     for role in ROLES:
         rows += _rms_rows(kinds.word(role), [row for row in residuals if row["role"] == role])
     return rows

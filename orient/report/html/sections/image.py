@@ -32,7 +32,13 @@ def _interior(evidence: Evidence) -> list[Block]:
     ]
     marks = evidence.rows("refine", "fiducial_residual")
     cells = [
-        [name(row["mark"]), fixed(row["x_mm"], 4), fixed(row["y_mm"], 4), micrometres(row["vx_mm"]), micrometres(row["vy_mm"])]
+        [
+            name(row["mark"]),
+            fixed(row["x_mm"], 4),
+            fixed(row["y_mm"], 4),
+            micrometres(row["vx_mm"]),
+            micrometres(row["vy_mm"]),
+        ]
         for row in marks
     ]
     told = tr(

@@ -78,8 +78,8 @@ def _starts(evidence: Evidence) -> list[Block]:
         tr("solution"), tr("end"), tr("as good"), "X_S, m", "Y_S, m", "Z_S, m", "v′Pv", tr("points in front")
     ]  # fmt: skip
     return [
-        Paragraph(tr("The adjustment was started from several places; these are the distinct orientations it ended in.")),
+        Paragraph(
+            tr("The adjustment was started from several places; these are the distinct orientations it ended in.")
+        ),
         Table(tr("Where the starts led"), headers, cells, frozenset({1, 2})),
     ]
-
-

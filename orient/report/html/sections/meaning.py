@@ -17,7 +17,8 @@ AS_CONTROL = 1.5
 """Check points may fit so many times worse than control: that has been fitted, they have not."""
 WORDS = frozenset({0, 3})
 ADJUSTED = mark(
-    "The ground points have errors of their own and were adjusted as well: their residuals in the image are small because "
+    "The ground points have errors of their own and were adjusted as well: their residuals in the image are small "
+    "because "
     "the points moved. Judge them on the ground."
 )
 ROLES = {"control": mark("Control points"), "check": mark("Check points")}
@@ -65,7 +66,8 @@ def _sentence(role: str, rows: Sequence[Row], photo: Row, found: Row, moved: flo
         ground=digits(ground, 3),
     )
     place = "" if moved is None else tr(
-        "On the ground the ray of the point passes its given place at {moved} m (root mean square of the plan distance, "
+        "On the ground the ray of the point passes its given place at {moved} m (root mean square of the plan "
+        "distance, "
         "with the error of the given place in it).",
         moved=digits(moved, 3),
     )  # fmt: skip
@@ -92,7 +94,8 @@ def _new_point(evidence: Evidence) -> list[Block]:
         return []
     told = tr(
         "A new point read once on the photo would be known to {best} m where the frame is best, to {median} m in the "
-        "middle (median) and to {worst} m where it is worst (one standard deviation of a plan coordinate, height without "
+        "middle (median) and to {worst} m where it is worst (one standard deviation of a plan coordinate, height "
+        "without "
         "error).",
         best=digits(min(seen), 3),
         median=digits(median(seen), 3),
@@ -109,7 +112,8 @@ def _verdict(found: Row, evidence: Evidence) -> str:
     judged = None if test is None else test["verdict"]
     if judged == "too large":
         return tr(
-            "That is more than the stated precision of the readings and of the control explains: something is wrong with "
+            "That is more than the stated precision of the readings and of the control explains: something is wrong "
+            "with "
             "a point, with the camera, or the stated standard deviations are too small."
         )
     if judged == "too small":
@@ -147,7 +151,12 @@ def _check(by_role: Mapping[str, list[Row]], moved: Mapping[str, float | None]) 
     ratio = check / control
     judged = tr("good") if ratio <= AS_CONTROL else tr("too large")
     return [
-        [tr("differences at check points to those at control"), fixed(ratio, 2), tr("up to {high}", high=AS_CONTROL), judged]
+        [
+            tr("differences at check points to those at control"),
+            fixed(ratio, 2),
+            tr("up to {high}", high=AS_CONTROL),
+            judged,
+        ]
     ]
 
 
@@ -156,13 +165,22 @@ def _tests(evidence: Evidence) -> list[list[str]]:
     test = evidence.one("resection", "adjustment_test")
     columns = ("point", "axis", "w", "share")
     image = "AND kind = 'image'"
-    most = evidence.rows("resection", "observation_test", columns, f"{image} AND w IS NOT NULL ORDER BY abs(w) DESC, point, axis LIMIT 1")
+    most = evidence.rows(
+        "resection", "observation_test", columns, f"{image} AND w IS NOT NULL ORDER BY abs(w) DESC, point, axis LIMIT 1"
+    )
     least = evidence.rows("resection", "observation_test", columns, f"{image} ORDER BY share, point, axis LIMIT 1")
     rows = []
     if most and test is not None and test["critical"] is not None:
         size, limit = abs(float(most[0]["w"] or 0.0)), float(test["critical"])
         told = tr("largest test value |{test}| of a reading", test=test["test"])
-        rows.append([told, fixed(size, 2), tr("up to {high}", high=fixed(limit, 2)), tr("good") if size <= limit else tr("suspect")])
+        rows.append(
+            [
+                told,
+                fixed(size, 2),
+                tr("up to {high}", high=fixed(limit, 2)),
+                tr("good") if size <= limit else tr("suspect"),
+            ]
+        )
     if least:
         share = float(least[0]["share"] or 0.0)
         judged = MISSING if test is None else tr("good") if share >= 0.1 else tr("hardly checked")

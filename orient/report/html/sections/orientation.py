@@ -211,12 +211,14 @@ def in_convention(stored: Matrix, triple: str, axes: str, rotation: Array, turn:
 def matrix_tables(matrix: Matrix) -> list[Block]:
     """Covariance and correlation, with the order of the parameters and their units in the headers."""
     headers = ["", *(f"{name}, {unit}" for name, unit in zip(matrix.names, matrix.units, strict=True))]
-    covariance = [
-        [headers[i + 1], *(scientific(float(value)) for value in row)] for i, row in enumerate(matrix.values)
-    ]
+    covariance = [[headers[i + 1], *(scientific(float(value)) for value in row)] for i, row in enumerate(matrix.values)]
     sigma = np.sqrt(np.diag(matrix.values))
     correlation = [
-        [matrix.names[i], digits(float(sigma[i]), 5), *(_correlation(matrix.values[i, j], sigma[i] * sigma[j]) for j in range(len(sigma)))]
+        [
+            matrix.names[i],
+            digits(float(sigma[i]), 5),
+            *(_correlation(matrix.values[i, j], sigma[i] * sigma[j]) for j in range(len(sigma))),
+        ]
         for i in range(len(sigma))
     ]
     order = ", ".join(headers[1:])

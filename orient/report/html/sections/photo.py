@@ -42,7 +42,8 @@ def section(evidence: Evidence) -> Section | None:
     blocks: list[Block] = []
     if evidence.one("resection", "orientation") is not None:
         note = tr(
-            "Vectors show where the orientation puts each point, seen from where it was measured. Ellipses show how sure "
+            "Vectors show where the orientation puts each point, seen from where it was measured. Ellipses show how "
+            "sure "
             "the ground point is, in the scale of the image; both are magnified as the bar says."
         )
         blocks.append(evidence.figure("residuals", tr("The frame with points, residuals and error ellipses"), note))
@@ -99,7 +100,10 @@ def _estimated(evidence: Evidence) -> list[Block]:
     ]  # fmt: skip
     limit = fixed(rows[0]["t_limit"], 2)
     note = tr("t = change / σ; significant above {limit} (1 %). Correlations: see the orientation.", limit=limit)
-    return [Table(tr("Estimated camera with standard deviations"), headers, cells, CAMERA_WORDS, note), *_steps(evidence)]
+    return [
+        Table(tr("Estimated camera with standard deviations"), headers, cells, CAMERA_WORDS, note),
+        *_steps(evidence),
+    ]
 
 
 def _steps(evidence: Evidence) -> list[Block]:

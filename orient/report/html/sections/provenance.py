@@ -21,7 +21,9 @@ RUN_WORDS = frozenset({0, 2, 3, 4, 5})
 
 def section(evidence: Evidence) -> Section:
     blocks: list[Block] = [
-        Paragraph(tr("The report shows these versions and nothing else; each was computed from the versions beside it.")),
+        Paragraph(
+            tr("The report shows these versions and nothing else; each was computed from the versions beside it.")
+        ),
         _versions(evidence),
         *(_parameters(run) for run in evidence.runs.values() if run.settings),
         _digests(evidence),
@@ -47,7 +49,15 @@ def _versions(evidence: Evidence) -> Table:
         ]
         for run in evidence.runs.values()
     ]
-    headers = [tr("stage"), tr("version"), tr("state"), tr("computed from"), tr("by"), tr("when"), tr("result, as recorded")]
+    headers = [
+        tr("stage"),
+        tr("version"),
+        tr("state"),
+        tr("computed from"),
+        tr("by"),
+        tr("when"),
+        tr("result, as recorded"),
+    ]
     return Table(tr("Versions"), headers, cells, frozenset({0, 2, 3, 4, 5, 6}))
 
 
@@ -70,10 +80,22 @@ def _setting(value: Scalar | bool) -> str:
 
 def _digests(evidence: Evidence) -> Table:
     cells = [
-        [f"{run.stage} {run.version}", str(run.stage_version), run.input_digest, run.output_digest, name(run.tool_version)]
+        [
+            f"{run.stage} {run.version}",
+            str(run.stage_version),
+            run.input_digest,
+            run.output_digest,
+            name(run.tool_version),
+        ]
         for run in evidence.runs.values()
     ]
-    headers = [tr("version"), tr("of the computation"), tr("sha256 of inputs and settings"), tr("sha256 of the result"), tr("software")]
+    headers = [
+        tr("version"),
+        tr("of the computation"),
+        tr("sha256 of inputs and settings"),
+        tr("sha256 of the result"),
+        tr("software"),
+    ]
     return Table(tr("Digests and software"), headers, cells, frozenset({0, 2, 3, 4}))
 
 
@@ -94,7 +116,8 @@ def _operations(evidence: Evidence) -> list[Block]:
         for row in rows[:MOST]
     ]
     headers = [
-        tr("list"), tr("source system"), tr("target system"), tr("operation"), tr("accuracy, m"), tr("datum shift unknown"), tr("definition")
+        tr("list"), tr("source system"), tr("target system"), tr("operation"), tr("accuracy, m"),
+        tr("datum shift unknown"), tr("definition"),
     ]  # fmt: skip
     return [Table(tr("Coordinate operations"), headers, cells, frozenset({0, 1, 2, 3, 5, 6}))]
 
@@ -104,11 +127,20 @@ def _verification(evidence: Evidence) -> list[Block]:
     rows = [row for row in evidence.verified if (row["stage"], row["version"]) in shown]
     if not rows:
         return [Paragraph(tr("No version of this report has been verified (orient verify)."))]
-    return [Table(tr("Verification"), _verified_headers(), [_verified(row) for row in rows], frozenset({0, 1, 2, 3, 5}))]
+    return [
+        Table(tr("Verification"), _verified_headers(), [_verified(row) for row in rows], frozenset({0, 1, 2, 3, 5}))
+    ]
 
 
 def _verified_headers() -> list[str]:
-    return [tr("version"), tr("verified"), tr("by"), tr("verdict"), tr("largest relative difference"), tr("second engine")]
+    return [
+        tr("version"),
+        tr("verified"),
+        tr("by"),
+        tr("verdict"),
+        tr("largest relative difference"),
+        tr("second engine"),
+    ]
 
 
 def _verified(row: Mapping[str, Scalar]) -> list[str]:

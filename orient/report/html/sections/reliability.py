@@ -29,7 +29,8 @@ def section(evidence: Evidence) -> Section | None:
     if not blocks:
         return None
     told = tr(
-        "A reading is suspect if its test value exceeds the limit (α0 = 0.001). MDB is the smallest error that this test "
+        "A reading is suspect if its test value exceeds the limit (α0 = 0.001). MDB is the smallest error that this "
+        "test "
         "finds with a power of 80 %; BNR says what it would do to the unknowns if it is not found, in units of their "
         "precision; the ground column, by how much it would move a ground point."
     )
@@ -52,7 +53,8 @@ def _global(stage: str, rows: Sequence[Row]) -> Table:
         for row in rows
     ]
     headers = [
-        tr("adjustment"), "r", "v′Pv/σ0²", tr("accepted from"), tr("accepted to"), tr("probability"), tr("global test"), tr("test"),
+        tr("adjustment"), "r", "v′Pv/σ0²", tr("accepted from"), tr("accepted to"), tr("probability"),
+        tr("global test"), tr("test"),
         tr("limit"),
     ]  # fmt: skip
     title = tr("Global test (5 %): {stage}", stage=kinds.stage(stage))

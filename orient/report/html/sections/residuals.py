@@ -1,4 +1,4 @@
-"""The residual of each control, check and excluded point, split into its coordinates, in the image and on the ground."""
+"""The residual of each control, check and excluded point, by coordinates, in the image and on the ground."""
 
 from collections.abc import Mapping, Sequence
 
@@ -7,7 +7,7 @@ from orient.report.html.cells import digits, fixed, micrometres, name, rms, wors
 from orient.report.html.evidence import Evidence
 from orient.report.html.sections.meaning import across_m, length_mm
 from orient.report.language import mark, tr, trn
-from orient.values import Row
+from orient.values import Row, Scalar
 
 MOST = 50
 COLUMNS = ("point", "role", "x_mm", "y_mm", "vx_mm", "vy_mm", "redundancy_x", "redundancy_y", "depth_m")
@@ -32,7 +32,7 @@ def section(evidence: Evidence) -> Section | None:
     return Section("residuals", tr("Residuals of every point"), [*blocks, *_known(evidence)])
 
 
-def _table(title: str, rows: Sequence[Row], f_mm: float, pixel: object, ground: Mapping[object, Row]) -> Table:
+def _table(title: str, rows: Sequence[Row], f_mm: float, pixel: object, ground: Mapping[Scalar, Row]) -> Table:
     """The largest first."""
     ranked = sorted(rows, key=lambda row: (-length_mm(row), str(row["point"])))[:MOST]
     cells = [[*_image_cells(row, pixel), *_ground_cells(row, f_mm, ground.get(row["point"]))] for row in ranked]
@@ -77,8 +77,10 @@ def _note(rows: Sequence[Row], shown: int) -> str:
         length=micrometres(length),
     )
     columns = tr(
-        "r: redundancy number, the share of an error that shows in the residual. |v| across the ray: |v| times depth / f. "
-        "dX, dY: where the ray meets the height of the point, minus the given place, with the error of the latter in it."
+        "r: redundancy number, the share of an error that shows in the residual. |v| across the ray: |v| times depth "
+        "/ f. "
+        "dX, dY: where the ray meets the height of the point, minus the given place, with the error of the latter in "
+        "it."
     )
     return " ".join(part for part in (worst_of(shown, len(rows)), told, columns) if part)
 
@@ -104,5 +106,3 @@ def _known(evidence: Evidence) -> list[Block]:
     headers = [tr("quantity"), tr("unit"), tr("σ a priori"), "v", "r"]
     title = tr("What was known of the camera's place and attitude: adjusted minus known")
     return [Table(title, headers, cells, frozenset({0, 1}))]
-
-
