@@ -5,8 +5,8 @@ translation, and a test fails until it has one.
 """
 
 import io
-import logging
 from collections.abc import Iterator
+from contextlib import redirect_stderr
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -29,9 +29,9 @@ Message = str | tuple[str, ...]
 def messages() -> Iterator[Message]:
     """All messages of code, template and remedies, in the order in which they stand there."""
     for path in sorted(CODE.rglob("*.py")):
-        for _, found, *_ in extract("python", io.BytesIO(path.read_bytes()), keywords=KEYWORDS):
-            if found:
-                yield found
+        with redirect_stderr(io.StringIO()):  # it complains of f-strings in the fields of a message
+            found = list(extract("python", io.BytesIO(path.read_bytes()), keywords=KEYWORDS))
+        yield from (message for _, message, *_ in found if message)
     yield from TEMPLATE_WORDS
     yield from REMEDIES.values()
 
@@ -57,7 +57,6 @@ def updated(language: str) -> bytes:
 
 
 def main() -> None:
-    logging.disable(logging.WARNING)  # f-strings inside the fields of a message
     for language in LANGUAGES:
         if language != ENGLISH:
             (FOLDER / f"{language}.po").write_bytes(updated(language))

@@ -127,13 +127,20 @@ def _limit(axes: "Axes", reach: Array) -> None:
 
 
 def _draw_crosses(axes: "Axes", rows: Sequence[Row], places: Array, arrows: Array) -> None:
-    labels = {"fit": tr("crosses of the fit"), "check": tr("check crosses"), "rejected": tr("rejected crosses")}
     for role, (colour, sign) in ROLES.items():
         chosen = [i for i, row in enumerate(rows) if row["role"] == role]
         if not chosen:
             continue
-        told = f"{len(chosen)} {labels[role]}"
+        told = _counted(role, len(chosen))
         axes.plot(*places[chosen].T, sign, color=INK, markersize=7, linestyle="none", label=told)
         axes.quiver(
             *places[chosen].T, *arrows[chosen].T, angles="xy", scale_units="xy", scale=1, color=colour, width=0.0035
         )
+
+
+def _counted(role: str, n: int) -> str:
+    if role == "fit":
+        return trn("{n} cross of the fit", "{n} crosses of the fit", n)
+    if role == "check":
+        return trn("{n} check cross", "{n} check crosses", n)
+    return trn("{n} rejected cross", "{n} rejected crosses", n)

@@ -10,8 +10,8 @@ from orient.report.html import kinds
 from orient.report.html.blocks import Block, Paragraph, Section, Table
 from orient.report.html.cells import digits, first_of, fixed, joined, name, rms, worst_of
 from orient.report.html.evidence import Evidence
+from orient.report.html.matrices import Matrix, matrix_tables
 from orient.report.html.sections.iterations import parameter_table, step_table
-from orient.report.html.sections.orientation import Matrix, matrix_tables
 from orient.report.language import tr
 from orient.solvers.packed import unpack_upper
 from orient.values import Row
