@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from orient.errors import OrientError
+from orient.errors import OrientError, UsageError
 from orient.report.language import tr
 from orient.report.plots import PlotData
 from orient.report.plots.canvas import BLUE, GREY, RED, Array, numbers, panels, shown_name, source
@@ -33,8 +33,8 @@ def draw(data: PlotData) -> "Figure":
         raise OrientError("this version has no iterations", "See what happened: orient show PROJECT")
     elements = [row for row in parameters if not row.get("point")]
     title = tr("How the adjustment converged: {n} iterations", n=len(steps))
-    if data.part:
-        title += "; " + tr("zone {zone}", zone=shown_name(data.part))
+    if "zone" in steps[0]:
+        title += "; " + tr("zone {zone}", zone=shown_name(str(steps[0]["zone"])))
     figure, (above, angles, others) = panels(title, source(data), 3)
     _draw_steps(above, steps)
     turned = [row for row in elements if row["unit"] in ("rad", "deg")]
@@ -46,10 +46,12 @@ def draw(data: PlotData) -> "Figure":
 
 
 def _of_part(rows: Sequence[Row], part: str) -> list[Row]:
-    """Rows of the zone, or of the only one; a resection has no zones."""
+    """Rows of the zone, or of the first one; a resection has no zones."""
     if not rows or "zone" not in rows[0]:
         return list(rows)
-    zone = part or rows[0]["zone"]
+    zone, zones = part or rows[0]["zone"], list(dict.fromkeys(str(row["zone"]) for row in rows))
+    if zone not in zones:
+        raise UsageError(f'there is no zone "{shown_name(part)}"', f"Zones are {', '.join(zones)}.")
     return [row for row in rows if row["zone"] == zone]
 
 

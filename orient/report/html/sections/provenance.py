@@ -25,7 +25,7 @@ def section(evidence: Evidence) -> Section:
             tr("The report shows these versions and nothing else; each was computed from the versions beside it.")
         ),
         _versions(evidence),
-        *(_parameters(run) for run in evidence.runs.values() if run.settings),
+        _parameters(evidence),
         _digests(evidence),
         *_operations(evidence),
         *_verification(evidence),
@@ -66,10 +66,14 @@ def _is_current(run: RunInfo, evidence: Evidence) -> bool:
     return run.status == "failed" or (head is not None and head.run_id == run.run_id)
 
 
-def _parameters(run: RunInfo) -> Table:
-    cells = [[name(key), _setting(value)] for key, value in sorted(run.settings.items())]
-    title = tr("Parameters of {stage} version {version}", stage=run.stage, version=run.version)
-    return Table(title, [tr("parameter"), tr("value")], cells, frozenset({0, 1}))
+def _parameters(evidence: Evidence) -> Table:
+    cells = [
+        [f"{run.stage} {run.version}", name(key), _setting(value)]
+        for run in evidence.runs.values()
+        for key, value in sorted(run.settings.items())
+    ]
+    headers = [tr("version"), tr("parameter"), tr("value")]
+    return Table(tr("Parameters of every version"), headers, cells, frozenset({0, 1, 2}))
 
 
 def _setting(value: Scalar | bool) -> str:
