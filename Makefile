@@ -25,8 +25,8 @@ demo: $(STAMP) ## orient a real space photograph, Apollo 15 from lunar orbit
 test: $(STAMP) ## all tests but the slow ones
 	$(BIN)/python -m pytest -n 2 -m "not slow"
 
-test-slow: $(STAMP) ## long simulations and fault loops
-	$(BIN)/python -m pytest -n 2 -m slow
+test-slow: $(STAMP) ## long simulations and fault loops; prints the table of promises
+	$(BIN)/python -m pytest -n 2 -m "slow or promise" --promises build/promises.md
 
 lint: $(STAMP) ## ruff
 	$(BIN)/ruff check . && $(BIN)/ruff format --check .

@@ -3,6 +3,7 @@
 import os
 import secrets
 import stat
+from collections.abc import Iterable
 from pathlib import Path
 
 from orient.errors import OrientError, UsageError
@@ -33,14 +34,14 @@ def output_path(text: str, project: Path, force: bool) -> Path:
     return target
 
 
-def write_output(target: Path, content: bytes, project: Path, force: bool) -> None:
-    """Write `content` beside `target`, then give it its name; it is no more readable than the project."""
+def write_output(target: Path, content: bytes | Iterable[bytes], project: Path, force: bool) -> None:
+    """Write `content` (or its parts) beside `target`, then give it its name; no more readable than the project."""
     temporary = target.with_name(f".{secrets.token_hex(8)}.new")
     mode = stat.S_IMODE(project.stat().st_mode) & 0o666
     try:
         descriptor = os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, mode)
         with os.fdopen(descriptor, "wb") as file:
-            file.write(content)
+            file.writelines([content] if isinstance(content, bytes) else content)
             file.flush()
             os.fsync(file.fileno())
         give_name(temporary, target, replace=force)

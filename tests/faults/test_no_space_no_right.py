@@ -49,7 +49,7 @@ def test_no_space_during_run(room: str, tmp_path: Path) -> None:
     create(path, read_project(SPACE, ReadOptions()), "test")
     said = limited(path.stat().st_size + ROOM[room], "run", path)
     assert said.code == 3
-    assert said.err.splitlines()[0] == f"orient: No space left while writing {path}. The project is unchanged."
+    assert said.err.splitlines()[0] == f"orient: No space left while writing {path}. Nothing of this step was stored."
     assert [file.name for file in tmp_path.iterdir()] == [path.name]
     assert check_project(path).ok
     assert _run(path) > 0

@@ -15,7 +15,7 @@ from orient.store.format import current_format
 from orient.store.gate import Gated, pass_gate
 from orient.store.preflight import preflight
 from orient.store.project import open_project
-from tests.store.made import new_run
+from tests.store.made import EVIDENCE, new_run
 
 TABLES = sorted(current_format().tables)
 STATEMENTS = {
@@ -30,10 +30,11 @@ NO_SEAL = ("selection", "alembic_version")
 
 @pytest.fixture(scope="module")
 def verified(full_once: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A project with a row in every table, the evidence of a verification too."""
+    """A project with a row in every table, image, manifest and verification too."""
     path = Path(shutil.copy(full_once, tmp_path_factory.mktemp("verified") / "house.orient"))
     with open_project(path, "write") as project:
-        project.append(replace(new_run(project, "verify"), select=False))
+        for stage in EVIDENCE:
+            project.append(replace(new_run(project, stage), select=False))
     return path
 
 

@@ -3,14 +3,13 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from orient.pipeline.registry import ALL_STAGES, FINAL_STAGES
+from orient.pipeline.registry import ALL_STAGES, FINAL_STAGES, IMAGE
 from orient.report.findings import Finding, Verdict, findings, grave_first
 from orient.report.html.blocks import Figure
 from orient.report.html.inline_svg import inline
 from orient.report.plots import BY_NAME, drawn, plot_data
 from orient.report.rows import count_rows, read_rows
-from orient.report.status import project_state
-from orient.report.verify import known_verdicts
+from orient.report.status import standing
 from orient.store.project import Project, RunInfo
 from orient.values import Row, Scalar
 
@@ -64,11 +63,11 @@ def gather(project: Project) -> Evidence:
     """The evidence of one moment; call it inside a snapshot."""
     heads, every = project.heads(), project.runs()
     runs = _runs_of_result(heads, every)
-    state = project_state(project)
+    now = standing(project)
     no_result = [run for run in runs.values() if run.status == "failed"]
-    found = [*state.findings, *(told for run in no_result for told in findings(run.stage, project.events(run.run_id)))]
-    failed = [(str(entry["stage"]), str(entry["told"])) for entry in state.stages if entry["state"] == "failed"]
-    return Evidence(project, runs, every, heads, state.verdict, grave_first(found), failed, known_verdicts(project))
+    found = [*now.findings, *(told for run in no_result for told in findings(run.stage, project.events(run.run_id)))]
+    failed = [(str(entry["stage"]), str(entry["told"])) for entry in now.stages if entry["state"] == "failed"]
+    return Evidence(project, runs, every, heads, now.verdict, grave_first(found), failed, now.verified)
 
 
 def _runs_of_result(heads: Mapping[str, RunInfo], every: Sequence[RunInfo]) -> dict[str, RunInfo]:
@@ -77,12 +76,12 @@ def _runs_of_result(heads: Mapping[str, RunInfo], every: Sequence[RunInfo]) -> d
     chosen: dict[str, RunInfo] = {}
     for stage in FINAL_STAGES:
         _take(heads.get(stage) or _last(every, stage), by_id, chosen)
-    for stage in reversed(ALL_STAGES):
+    for stage in (*reversed(ALL_STAGES), IMAGE):
         head = heads.get(stage)
         if head is None or any(chosen.get(by_id[i].stage, by_id[i]).run_id != i for i in head.inputs.values()):
             continue
         _take(head, by_id, chosen)
-    return {stage: chosen[stage] for stage in ALL_STAGES if stage in chosen}
+    return {stage: chosen[stage] for stage in (*ALL_STAGES, IMAGE) if stage in chosen}
 
 
 def _take(run: RunInfo | None, by_id: Mapping[int, RunInfo], chosen: dict[str, RunInfo]) -> None:

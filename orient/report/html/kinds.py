@@ -27,6 +27,7 @@ FINDINGS = {
     "hardly_checked": mark("Some readings are hardly checked by the others"),
     "known_contradicted": mark("The control contradicts what was known of the camera"),
     "lens_folds": mark("The distortion is not unique at the edge of the frame"),
+    "later_failure": mark("A later version failed"),
     "level_ray": mark("A ray hardly meets the ground"),
     "mirror": mark("The opposite side of the control plane fits too"),
     "mirrored": mark("The axes are mirrored"),
@@ -69,7 +70,9 @@ STAGES = {
     "resection": mark("exterior orientation"),
     "covariance": mark("accuracy of ground points"),
     "absolute": mark("absolute orientation of the model"),
+    "image": mark("image file"),
     "verify": mark("verification"),
+    "seal": mark("seal"),
 }
 VERDICTS = {
     "good": mark("Oriented; no problem was found."),

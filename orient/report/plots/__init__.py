@@ -6,7 +6,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, cast
 
-from orient.errors import OrientError, UsageError
+from orient.report.current import fresh_heads
 from orient.report.rows import read_rows
 from orient.store.project import Project, RunInfo, open_project
 from orient.values import Tables
@@ -100,27 +100,13 @@ def drawn(name: str, data: PlotData, format_name: str) -> bytes:
 
 def _read(path: Path, plot: Plot, part: str) -> PlotData:
     with open_project(path, "read") as project, project.snapshot():
-        heads = project.heads()
-        tables = _wanted(plot, heads, path)
-        stale = {str(row[0]) for row in project.query("SELECT stage FROM v_stale WHERE is_stale")[1]}
-        if stale.intersection(tables):
-            listed = ", ".join(stage for stage in tables if stage in stale)
-            raise OrientError(
-                f"the results are out of date ({listed}); a picture would mix versions", f"Run: orient run {path}"
-            )
-        return plot_data(project, heads, tables, part)
-
-
-def _wanted(plot: Plot, heads: Mapping[str, RunInfo], path: Path) -> Mapping[str, tuple[str, ...]]:
-    """The tables that are there; `UsageError` says which stage must run first."""
-    missing = [stage for stage in plot.tables if stage not in heads]
-    chosen = [stage for stage in plot.one_of if stage in heads][:1]
-    if plot.one_of and not chosen:
-        missing.append(" or ".join(plot.one_of))
-    if missing:
-        raise UsageError(f"the plot {plot.name} needs {', '.join(missing)}", f"Run: orient run {path}")
-    extra = {stage: names for stage, names in plot.optional.items() if stage in heads}
-    return {**plot.tables, **{stage: plot.one_of[stage] for stage in chosen}, **extra}
+        there = project.heads()
+        chosen = next((stage for stage in plot.one_of if stage in there), next(iter(plot.one_of), ""))
+        wanted = {**plot.tables, **({chosen: plot.one_of[chosen]} if chosen else {})}
+        what = f"the plot {plot.name}"
+        heads = fresh_heads(project, tuple(wanted), what, "a picture would mix versions", tuple(plot.optional))
+        extra = {stage: names for stage, names in plot.optional.items() if stage in heads}
+        return plot_data(project, heads, {**wanted, **extra}, part)
 
 
 def plot_data(
