@@ -40,7 +40,7 @@ floors: $(STAMP) ## import contracts
 schema: $(STAMP) ## write 0003_evidence.sql and schema.json from models.py, guards.sql, views.sql
 	$(BIN)/python -m orient.store.schema_files
 
-docs: $(STAMP) ## write docs/cli.md and docs/schema.md from the code
+docs: $(STAMP) ## write docs/cli.md, docs/schema.md, docs/summary.md from the code
 	$(BIN)/python -m orient.cli.reference docs
 
 docs-check: $(STAMP) ## fail if the generated pages are not up to date

@@ -75,8 +75,9 @@ def _stop(number: int, frame: FrameType | None) -> None:
 
 
 def _no_more_signals() -> None:
+    """Not SIG_IGN: Python would complain about a second signal that has arrived and is not yet handled."""
     for number in STOP_SIGNALS:
-        signal.signal(number, signal.SIG_IGN)
+        signal.signal(number, lambda number, frame: None)
 
 
 def run() -> None:

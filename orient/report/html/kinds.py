@@ -29,6 +29,7 @@ FINDINGS = {
     "lens_folds": mark("The distortion is not unique at the edge of the frame"),
     "later_failure": mark("A later version failed"),
     "level_ray": mark("A ray hardly meets the ground"),
+    "masked": mark("Gross errors may hide one another"),
     "mirror": mark("The opposite side of the control plane fits too"),
     "mirrored": mark("The axes are mirrored"),
     "no_control": mark("Measured points without control"),

@@ -10,7 +10,7 @@ from orient.report.language import tr
 from orient.values import Row
 
 MOST = 50
-TESTED = ("resection", "digitize")
+TESTED = ("resection", "digitize", "absolute")
 WEAKEST = f"""
 ORDER BY kind = 'coefficient',
          CASE verdict WHEN 'suspect' THEN 0 WHEN 'not checked' THEN 1 WHEN 'hardly checked' THEN 2 ELSE 3 END,
