@@ -23,7 +23,7 @@ FINAL = ["iterations", "formulas", "provenance"]
 PARTS = {
     "aerial": [*ADJUSTED, "image", *FINAL],
     "space": [*ADJUSTED, "sheets", "image", *FINAL],
-    "model": ["findings", "photo", "absolute", "formulas", "provenance"],
+    "model": ["findings", "photo", "reliability", "absolute", "formulas", "provenance"],
     "fresh": ["findings", "photo", "provenance"],
     "failed": ["findings", "photo", "image", "iterations", "formulas", "provenance"],
 }

@@ -120,6 +120,7 @@ WORDS = {
     "space": mark("from space"),
     "aerial": mark("from the air"),
     "terrestrial": mark("from the ground"),
+    "interior orientation": mark("interior orientation"),
 }
 FRAMES = {
     "topocentric": mark("T′: X grid north, Y grid east, Z up"),

@@ -84,7 +84,7 @@ def _observations(stage: str, evidence: Evidence) -> list[Block]:
         return []
     cells = [
         [
-            f"{name(row['part'])} {name(row['point'])} {name(row['axis'])}".strip(),
+            f"{name(kinds.word(row['part']))} {name(row['point'])} {name(row['axis'])}".strip(),
             *_size(row, "v"),
             fixed(row["share"], 2),
             fixed(row["w"], 2),
