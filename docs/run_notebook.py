@@ -1,7 +1,7 @@
 """Runs a notebook and writes its outputs: `python docs/run_notebook.py docs/notebooks/door.ipynb [--check]`.
 
-A notebook starts in a new folder with `sample_projects` and, where its metadata names a page, with what the ```sh blocks
-of that page make. Cells share one namespace, the last expression of a cell is shown, as in Jupyter.
+A notebook starts in a new folder with `sample_projects` and, where its metadata names a page, with what the ```sh
+blocks of that page make. Cells share one namespace, the last expression of a cell is shown, as in Jupyter.
 """
 
 import ast
