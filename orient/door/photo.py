@@ -22,7 +22,7 @@ from orient.pipeline.registry import BY_NAME, INPUT_STAGES, is_optional
 from orient.report.findings import findings
 from orient.report.plots import BY_NAME as PLOTS
 from orient.report.questions import answered
-from orient.report.status import standing
+from orient.report.status import Standing, standing
 from orient.store.project import Project, RunInfo, open_project
 from orient.units import DEGREES_PER_RADIAN, RADIANS_PER_DEGREE
 from orient.values import Scalar, Tables
@@ -56,7 +56,7 @@ class Photo:
     @property
     def status(self) -> Status:
         """The verdict, and the state of each stage."""
-        now = standing(self.path)
+        now = self._standing()
         stages = {
             str(entry["stage"]): Stage(_version(entry["version"]), str(entry["state"]), str(entry["told"]))
             for entry in now.stages
@@ -66,7 +66,11 @@ class Photo:
     @property
     def findings(self) -> list[Finding]:
         """What to know before using a number: problems of all that is current, the grave ones first, then notes."""
-        return standing(self.path).findings
+        return self._standing().findings
+
+    def _standing(self) -> Standing:
+        with open_project(self.path) as project:
+            return standing(project)
 
     def run(
         self, stage: str | None = None, *, reason: str = "run", again: bool = False, **settings: Scalar

@@ -44,6 +44,11 @@ class Frame:
         """Local Cartesian ground: its Z is the height, and it has no place on an ellipsoid."""
         return self.origin is None
 
+    @property
+    def is_left_handed(self) -> bool:
+        """Do X and Y change places in the right-handed partner?"""
+        return bool(self.partner[0, 0] == 0.0)
+
     def right_handed(self, vectors: Array) -> Array:
         """(..., 3) vectors of the stored frame in the right-handed frame; the same call goes back."""
         turned: Array = vectors @ self.partner

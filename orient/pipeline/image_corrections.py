@@ -24,8 +24,13 @@ def image_corrections(photo: Row, tables: Tables, reduced: Array, names: Sequenc
     `names` of the points, for messages.
     """
     lens = _lens(given_camera(photo, tables).distortion, reduced, names)
-    air = _refraction(reduced + lens, photo)
-    return lens, air, _curvature(reduced + lens + air, photo)
+    return lens, *air_and_curvature(reduced + lens, photo)
+
+
+def air_and_curvature(xy: Array, photo: Row) -> tuple[Array, Array]:
+    """(n, 2) corrections for refraction and for earth curvature of `xy` (n, 2), free of distortion [mm]."""
+    air = _refraction(xy, photo)
+    return air, _curvature(xy + air, photo)
 
 
 def _lens(camera: distortion.Distortion, reduced: Array, names: Sequence[str]) -> Array:

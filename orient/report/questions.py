@@ -1,16 +1,16 @@
 """Ready-made questions to a project file, and answers as table, CSV or JSON."""
 
-import csv
 import json
 import math
 import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from orient.errors import UsageError
 from orient.report.audit_questions import AUDIT_QUESTIONS
+from orient.report.csv_text import csv_pieces
 from orient.report.question import Question, filled, filled_sql
 from orient.report.text import console, print_answer, print_table
 from orient.values import Scalar
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
 MAX_TABLE_ROWS = 100_000
 PLAIN_NAME = re.compile(r"[\w-]*")
-FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
 
 
 def _current(view: str) -> str:
@@ -152,7 +151,7 @@ def answer(path: Path, question: str, as_csv: bool, as_json: bool, raw: bool, gi
         objects = [dict(zip(columns, map(_for_json, row), strict=True)) for row in rows]
         print(json.dumps(objects, indent=2, allow_nan=False))
     elif as_csv:
-        _write_csv(columns, rows, raw)
+        sys.stdout.writelines(csv_pieces(columns, rows, raw))
     elif not rows:
         console().print("no rows")
     else:
@@ -164,16 +163,3 @@ def _for_json(value: Scalar | bytes) -> Scalar:
     if isinstance(value, bytes):
         return value.hex()
     return str(value) if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _write_csv(columns: Sequence[str], rows: Sequence[Sequence[Scalar]], raw: bool) -> None:
-    """RFC 4180; numbers in the shortest form that reads back to the same value."""
-    writer = csv.writer(sys.stdout, lineterminator="\r\n")
-    writer.writerow(columns)
-    for row in rows:
-        writer.writerow([value if raw else _guarded(value) for value in row])
-
-
-def _guarded(value: Scalar) -> Scalar:
-    """A spreadsheet must not take a name for a formula."""
-    return f"'{value}" if isinstance(value, str) and value.startswith(FORMULA_STARTS) else value

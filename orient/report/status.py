@@ -6,8 +6,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from orient.pipeline.registry import ALL_STAGES, BY_NAME, FINAL_STAGES, is_optional
-from orient.report.findings import UNUSED_DATA, Finding, Verdict, findings, grave_first, print_findings, verdict
+from orient.pipeline.registry import ALL_STAGES, BY_NAME, FINAL_STAGES, IMAGE, is_optional
+from orient.report.findings import (
+    UNUSED_DATA,
+    Finding,
+    Verdict,
+    findings,
+    grave_first,
+    later_failures,
+    print_findings,
+    verdict,
+)
 from orient.report.findings import as_json as findings_as_json
 from orient.report.text import cell, console, print_table, printable
 from orient.report.verify import known_verdicts, status_line
@@ -38,23 +47,23 @@ class Standing:
     warnings: list[str]
 
 
-def standing(path: Path) -> Standing:
-    """Read at one moment of the file."""
-    with open_project(path, "read") as project, project.snapshot():
+def standing(project: "Project") -> Standing:
+    """One moment of an open project."""
+    with project.snapshot():
         stale = {row[0]: (bool(row[2]), row[3]) for row in project.query(STATUS)[1]}
         current = {row[0]: row for row in project.query(CURRENT)[1]}
         failed = _last_failures(project)
-        found, verdicts = current_findings(project), known_verdicts(project)
-        warnings = project.warnings
-    stages = [_stage_status(name, current, stale, failed) for name in ALL_STAGES]
+        found, verified = current_findings(project), known_verdicts(project)
+    stages = [_stage_status(name, current, stale, failed) for name in (*ALL_STAGES, IMAGE)]
     known = [entry for entry in stages if entry["state"] != "absent" and not _can_be_left_out(entry)]
-    judged = verdict({str(entry["stage"]): str(entry["state"]) for entry in known}, found, FINAL_STAGES)
-    return Standing(judged, found, known, verdicts, warnings)
+    states = {str(entry["stage"]): str(entry["state"]) for entry in known}
+    return Standing(verdict(states, found, FINAL_STAGES), found, known, verified, project.warnings)
 
 
 def show_status(path: Path, as_json: bool) -> None:
     """The verdict and the problems of what is current; then every stage."""
-    now = standing(path)
+    with open_project(path, "read") as project:
+        now = standing(project)
     if as_json:
         content = {
             "project": str(path),
@@ -81,7 +90,8 @@ def show_status(path: Path, as_json: bool) -> None:
 
 
 def current_findings(project: "Project") -> list[Finding]:
-    """Findings of the current version of every stage, the grave ones first, then those nearest to the result.
+    """What failed after the current version of a stage; then the findings of the current versions, the grave ones
+    first, then those nearest to the result.
 
     What a later stage says again in other words (points without control) is told once, by the later stage.
     """
@@ -91,7 +101,7 @@ def current_findings(project: "Project") -> list[Finding]:
         for finding in findings(name, project.events(heads[name].run_id)) if name in heads else ():
             what = "" if finding.code in UNUSED_DATA else finding.subject or finding.message
             last.setdefault((finding.code, what), finding)
-    return grave_first(last.values())
+    return [*later_failures(project), *grave_first(last.values())]
 
 
 def _stage_status(

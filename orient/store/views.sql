@@ -447,7 +447,7 @@ ORDER BY e.run_id, e.point, instr('XYa', e.quantity), e.share_percent DESC;
 --   stage: stage
 --   version: version
 --   is_current: 1 for the current version
---   part: empty, or the sheet
+--   part: empty, or the sheet, or the zone
 --   component: empty, or N or E where they are adjusted apart
 --   redundancy: r
 --   statistic: v'Pv / sigma0^2 with the sigma0 a priori
@@ -467,8 +467,8 @@ ORDER BY t.run_id, t.part, t.component;
 --   stage: stage
 --   version: version
 --   is_current: 1 for the current version
---   kind: image | ground | coefficient | cross
---   part: sheet of a coefficient or cross
+--   kind: image | ground | coefficient | known | cross | model
+--   part: sheet of a coefficient or cross, zone of a model
 --   point: point or cross
 --   axis: coordinate, or name of the coefficient
 --   verdict: good | suspect | hardly checked | not checked
@@ -490,7 +490,7 @@ SELECT v.stage, v.version, v.is_current, o.kind, o.part, o.point, o.axis, o.verd
        o.rho, o.rho_with
 FROM observation_test AS o
 JOIN v_version AS v ON v.run_id = o.run_id
-LEFT JOIN adjustment_test AS t ON t.run_id = o.run_id AND (o.kind <> 'cross' OR t.part = o.part)
+LEFT JOIN adjustment_test AS t ON t.run_id = o.run_id AND (v.stage = 'resection' OR t.part = o.part)
     AND (t.component = '' OR t.component = o.axis)
 ORDER BY o.run_id, o.kind DESC, o.part, o.point, o.axis;
 
@@ -499,7 +499,7 @@ ORDER BY o.run_id, o.kind DESC, o.part, o.point, o.axis;
 --   version: version
 --   is_current: 1 for the current version
 --   seq: order of the decisions
---   part: sheet of a cross
+--   part: sheet of a cross, zone of a model
 --   point: point or cross
 --   observation: the observation with the largest |w| or |tau|
 --   decided_by: snooping | hand | robust

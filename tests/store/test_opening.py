@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from orient.errors import OrientError, ProjectError, UsageError
+from orient.models import SCHEMA_VERSION
 from orient.store.check import check_project
 from orient.store.errors import NeedsRecovery
 from orient.store.project import open_project
@@ -56,6 +57,7 @@ def unguarded(*statements: str) -> Damage:
     def damage(path: Path) -> None:
         with closing(sqlite3.connect(path, isolation_level=None)) as connection:
             connection.execute("PRAGMA foreign_keys = OFF")
+            connection.execute("BEGIN")
             guards = connection.execute("SELECT name, sql FROM sqlite_schema WHERE type = 'trigger'").fetchall()
             for name, _ in guards:
                 connection.execute(f"DROP TRIGGER {name}")
@@ -63,6 +65,7 @@ def unguarded(*statements: str) -> Damage:
                 connection.execute(statement)
             for _, text in guards:
                 connection.execute(text)
+            connection.execute("COMMIT")
 
     return damage
 
@@ -100,7 +103,7 @@ REFUSED: dict[str, tuple[Damage, str]] = {
     "D3 image": (lambda path: path.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(200)), "not an orient project"),
     "D4 other program": (patch(68, bytes.fromhex("47504b47")), "another program.*GeoPackage"),
     "D4 plain SQLite": (patch(68, bytes(4)), "belongs to another program"),
-    "D5 newer": (patch(60, (7).to_bytes(4, "big")), "newer orient .format 7, this one knows 2"),
+    "D5 newer": (patch(60, (7).to_bytes(4, "big")), f"newer orient .format 7, this one knows {SCHEMA_VERSION}"),
     "D7 zero": (patch(60, bytes(4)), "unknown format"),
     "D7 negative": (patch(60, b"\xff\xff\xff\xfe"), "unknown format"),
     "D8 no revision": (unguarded("DELETE FROM alembic_version"), "upgrade was not finished"),
