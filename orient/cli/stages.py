@@ -23,13 +23,22 @@ from orient.values import Settings
 
 
 def register(app: typer.Typer) -> None:
-    for command in (run, refine, digitize, bl, topocentric, resection, covariance, absolute):
-        app.command()(command)
+    app.command()(run)
+    for command in (refine, digitize, bl, topocentric, resection, covariance, absolute):
+        app.command(epilog=STICKY)(command)
+
+
+STICKY = (
+    "Settings hold for the next versions too. --defaults takes all of them back; single ones go back by the word "
+    "behind the slash (--keep, --plain), by none or auto. An older version is made current by: orient select."
+)
 
 
 Exclude = Annotated[
     str | None,
-    typer.Option("--exclude", metavar="P7,P9|none", help="Leave these out, none: take all again. Needs --reason."),
+    typer.Option(
+        "--exclude", metavar="P7,P9|none", help="Leave these out; needs --reason. none: take all points again."
+    ),
 ]
 Why = Annotated[str | None, typer.Option("--reason", help="Why they are left out; it is kept with each of them.")]
 Robust = Annotated[
@@ -41,13 +50,16 @@ Robust = Annotated[
 
 
 def _exclusion(exclude: str | None, reason: str | None) -> Settings:
-    """`none` takes all points again; a point is left out with a reason only."""
+    """`none` takes all points again, whoever left them out; a point is left out with a reason only.
+
+    What the same command says of --reject and --robust counts more: write it behind this.
+    """
     if exclude is None:
         if reason is not None:
             raise UsageError("--reason belongs to --exclude", "Say which points: --exclude P7,P9 --reason TEXT")
         return {}
     if exclude.strip() in ("", "none"):
-        return {"exclude": "", "exclude_reason": ""}
+        return {"exclude": "", "exclude_reason": "", "reject": False, "robust": False}
     if not (reason or "").strip():
         raise UsageError("say why the points are left out", '--exclude P7 --reason "wrong house"')
     return {"exclude": valid_text(exclude), "exclude_reason": valid_text(str(reason))}
@@ -172,6 +184,9 @@ Tolerance = Annotated[
     float | None,
     typer.Option("--tolerance", callback=_small, help="Largest scaled step that counts as converged."),
 ]
+Defaults = Annotated[
+    bool, typer.Option("--defaults", help="Begin from the defaults, not from the settings of the current version.")
+]
 Pairs = Annotated[bool | None, typer.Option("--pairs/--no-pairs", help="Also between all pairs of points.")]
 
 
@@ -193,17 +208,19 @@ def refine(
     project: ProjectPath,
     message: Reason = "refine",
     again: Again = False,
+    defaults: Defaults = False,
     engine: Engine = None,
     reject: Reject = None,
 ) -> None:
     """Image coordinates: cycle means, interior orientation, distortion, refraction, curvature."""
-    _stage(project, "refine", settings_of(engine=engine, reject=reject), message, again)
+    _stage(project, "refine", settings_of(engine=engine, reject=reject), message, again, defaults)
 
 
 def digitize(
     project: ProjectPath,
     message: Reason = "digitize",
     again: Again = False,
+    defaults: Defaults = False,
     degree: Degree = None,
     choice: Choice = None,
     engine: Engine = None,
@@ -215,27 +232,36 @@ def digitize(
     """Map points by the polynomial of their sheet, with covariance; bad crosses are named."""
     asked = {} if degree is None else {"degree": _degree(degree)}
     given = settings_of(choice=choice, engine=engine, reject=reject, robust=robust)
-    _stage(project, "digitize", {**given, **asked, **_exclusion(exclude, reason)}, message, again)
+    _stage(project, "digitize", {**_exclusion(exclude, reason), **given, **asked}, message, again, defaults)
 
 
 def bl(
-    project: ProjectPath, message: Reason = "bl", again: Again = False, allow_ballpark: AllowBallpark = None
+    project: ProjectPath,
+    message: Reason = "bl",
+    again: Again = False,
+    defaults: Defaults = False,
+    allow_ballpark: AllowBallpark = None,
 ) -> None:
     """B, L, H of all points on the ground's ellipsoid; the datum change is recorded."""
-    _stage(project, "bl", settings_of(allow_ballpark=allow_ballpark), message, again)
+    _stage(project, "bl", settings_of(allow_ballpark=allow_ballpark), message, again, defaults)
 
 
 def topocentric(
-    project: ProjectPath, message: Reason = "topocentric", again: Again = False, radius: Radius = None
+    project: ProjectPath,
+    message: Reason = "topocentric",
+    again: Again = False,
+    defaults: Defaults = False,
+    radius: Radius = None,
 ) -> None:
     """Topocentric coordinates T and T' of all points."""
-    _stage(project, "topocentric", settings_of(radius=radius), message, again)
+    _stage(project, "topocentric", settings_of(radius=radius), message, again, defaults)
 
 
 def resection(
     project: ProjectPath,
     message: Reason = "resection",
     again: Again = False,
+    defaults: Defaults = False,
     control: Control = None,
     correlation: Correlation = None,
     interior: Interior = None,
@@ -272,13 +298,14 @@ def resection(
         max_iterations=max_iterations,
         tolerance=tolerance,
     )
-    _stage(project, "resection", {**given, **_exclusion(exclude, reason)}, message, again)
+    _stage(project, "resection", {**_exclusion(exclude, reason), **given}, message, again, defaults)
 
 
 def covariance(
     project: ProjectPath,
     message: Reason = "covariance",
     again: Again = False,
+    defaults: Defaults = False,
     pairs: Pairs = None,
     map_side: Annotated[
         int | None,
@@ -296,13 +323,14 @@ def covariance(
 ) -> None:
     """Covariance of the ground points, K = C Q C', error ellipses, and a map of the accuracy over the frame."""
     given = settings_of(pairs=pairs, map_side=map_side, map_height_sigma_m=map_height_sigma_m)
-    _stage(project, "covariance", given, message, again)
+    _stage(project, "covariance", given, message, again, defaults)
 
 
 def absolute(
     project: ProjectPath,
     message: Reason = "absolute",
     again: Again = False,
+    defaults: Defaults = False,
     control: Control = None,
     sigma_model: Annotated[
         str | None,
@@ -344,15 +372,15 @@ def absolute(
         tolerance=tolerance,
     )
     asked = {} if sigma_model is None else {"sigma_model": _sigma(sigma_model)}
-    _stage(project, "absolute", {**given, **asked, **_exclusion(exclude, reason)}, message, again)
+    _stage(project, "absolute", {**_exclusion(exclude, reason), **given, **asked}, message, again, defaults)
 
 
 def settings_of(**options: str | int | float | bool | None) -> Settings:
     return {name: value for name, value in options.items() if value is not None}
 
 
-def _stage(project: Path, name: str, settings: Settings, message: str, again: bool) -> None:
+def _stage(project: Path, name: str, settings: Settings, message: str, again: bool, defaults: bool) -> None:
     from orient.pipeline.runner import run_stage
     from orient.report.runs import show_result
 
-    show_result(run_stage(project, name, settings, message, again), project)
+    show_result(run_stage(project, name, settings, message, again, defaults), project)

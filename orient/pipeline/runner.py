@@ -68,8 +68,13 @@ def photo_facts(path: Path) -> Mapping[str, object] | None:
     return {**tables["photo"][0], "fiducials": [row["mark"] for row in tables.get("fiducial_mark", ())]}
 
 
-def run_stage(path: Path, name: str, settings: Settings, reason: str, again: bool = False) -> Result:
-    """Compute one stage from the current versions of its inputs."""
+def run_stage(
+    path: Path, name: str, settings: Settings, reason: str, again: bool = False, defaults: bool = False
+) -> Result:
+    """Compute one stage from the current versions of its inputs.
+
+    Settings that are not named are those of the current version, with `defaults` those of a first version.
+    """
     with open_project(path, "write") as project:
         stage = BY_NAME[name]
         missing = stage.missing(set(project.heads()))
@@ -78,7 +83,8 @@ def run_stage(path: Path, name: str, settings: Settings, reason: str, again: boo
         stale = _stale_inputs(project, stage)
         if stale:
             raise OrientError(f"{name} would read {', '.join(stale)}, which is stale", "Run: orient run")
-        return _run(project, stage, settings, reason, again)
+        given = {**stage.settings, **settings} if defaults else settings
+        return _run(project, stage, given, reason, again)
 
 
 def run_stale(
@@ -110,8 +116,7 @@ def select_version(path: Path, stage: str, version: int, reason: str) -> RunInfo
     if stage in ABOUT_RUNS:
         raise UsageError(f"{stage} is evidence about other runs; none of its versions is current")
     with open_project(path, "write") as project:
-        project.select(stage, version, current_user(), reason)
-        return project.heads()[stage]
+        return project.select(stage, version, current_user(), reason)
 
 
 def current_user() -> str:

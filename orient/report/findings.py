@@ -99,9 +99,8 @@ def later_failures(project: "Project") -> list[Finding]:
 
 def _later(failed: "RunInfo", current: int) -> tuple[str, str]:
     """What failed, and how to look at it or to settle that the older version stays."""
-    message = (
-        f"version {failed.version} failed later: {failed.error.rstrip('.')}; version {current} is still the current one"
-    )
+    why = failed.error.rstrip(".")
+    message = f"version {failed.version} failed later: {why}; version {current} is still the current one"
     stage = failed.stage
     return message, (
         f"See it: orient show PROJECT {stage} --version {failed.version}; keep the older one: "

@@ -20,8 +20,8 @@ from orient.store import connection
 from tests.batch.reading import assert_each_ended_once, latest, versions
 from tests.cli.commands import orient, orient_process
 from tests.cli.made_photo import GROUND, MadePhoto
-from tests.faults.test_no_space_no_right import PR_CAPBSET_DROP, without_privilege
-from tests.faults.test_no_space_no_right import modes_bind as modes_bind
+from tests.faults.privilege import PR_CAPBSET_DROP, without_privilege
+from tests.faults.privilege import modes_bind as modes_bind
 
 CAP_DAC_READ_SEARCH = 2
 Spoil = Callable[[Path], None]
