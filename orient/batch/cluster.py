@@ -40,7 +40,8 @@ LOCAL_CONFIG = {
     "distributed.diagnostics.nvml": False,
     "distributed.deploy.lost-worker-timeout": "1 day",
 }
-"""Nobody looks at profiles and monitors. `lost-worker-timeout`: a worker that is being started again after its death is not given up for good."""
+"""Nobody looks at profiles and monitors. `lost-worker-timeout`: a worker that is being started again after its death is
+not given up for good."""
 
 LOST = Refusal(
     "the worker ended while it worked on this photo (killed, or out of memory), more than once.",
