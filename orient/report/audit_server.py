@@ -117,7 +117,8 @@ def _verified_copy(path: Path, copy: Path) -> tuple[int, tuple[str, str]]:
     name, taken_on, platform = rows[0] if rows else (path.stem, "", "")
     when = f", taken on {taken_on}" if taken_on else ""
     kind = f"{platform} photo{when}. " if platform else ""
-    return runs, (f"orient: {name}", f"{kind}{standing(copy).verdict.sentence}")
+    with open_project(copy, "read") as project:
+        return runs, (f"orient: {name}", f"{kind}{standing(project).verdict.sentence}")
 
 
 @contextlib.contextmanager
