@@ -57,6 +57,7 @@ PROMISES = {
     "S7": "exports and reports cannot attack",
     "S8": "stored names never become paths",
     "S9": "no pickle, no eval, no SQL text from files",
+    "B": "every bad input of the catalogue is answered as it says",
     "L1": "status and log do not grow with the rows of the project",
     "L2": "check of a 500 MB file ends within 60 s",
     "L3": "memory is bounded; exports and reports stream",

@@ -1,10 +1,11 @@
 """Where chunks are worked through: in this process, on a local cluster, or on the workers of a given scheduler."""
 
 import logging
+import multiprocessing
 import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,10 +19,10 @@ Chunks = Sequence[Sequence[Item]]
 INSTALL = "pip install 'orient[batch]', or --workers 0 to work in this process."
 LOOPBACK = "127.0.0.1"
 CLOSE_S, ANSWER_S = 5, 10
-WORKER_DEATHS = 3
-ONE_THREAD = {
-    f"{name}_NUM_THREADS": 1 for name in ("OMP", "OPENBLAS", "MKL", "BLIS", "VECLIB_MAXIMUM", "NUMEXPR", "NUMBA")
-}
+WORKER_DEATHS = 1
+"""A chunk is given to another worker once before its photos are suspected."""
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", "NUMBA_NUM_THREADS")
+ONE_THREAD = dict.fromkeys(THREADS, 1)
 """A worker is one process with one thread: BLAS threads of several workers would only get in each other's way."""
 
 LOCAL_CONFIG = {
@@ -33,7 +34,10 @@ LOCAL_CONFIG = {
     "distributed.worker.memory.target": False,
     "distributed.worker.memory.spill": False,
     "distributed.diagnostics.nvml": False,
+    "distributed.deploy.lost-worker-timeout": "1 day",
 }
+"""`lost-worker-timeout`: a worker that is being started again after its death is not given up for good."""
+
 LOST = Refusal(
     "the worker ended while it worked on this photo (killed, or out of memory), more than once.",
     "Try it alone: orient run PROJECT; or with more memory: --memory-mib.",
@@ -63,7 +67,7 @@ def local_workers(count: int, memory_mib: int | None) -> Iterator[Pool]:
 
     with ExitStack() as stack:
         scratch = stack.enter_context(scratch_folder())
-        stack.enter_context(dask.config.set(LOCAL_CONFIG))
+        stack.enter_context(dask.config.set({**LOCAL_CONFIG, "temporary-directory": scratch}))
         stack.enter_context(_quiet())
         cluster = distributed.LocalCluster(
             n_workers=count,
@@ -77,7 +81,8 @@ def local_workers(count: int, memory_mib: int | None) -> Iterator[Pool]:
             memory_limit="auto" if memory_mib is None else memory_mib * 2**20,
             preload=["orient.batch.worker"],
         )
-        stack.callback(cluster.close, timeout=CLOSE_S)
+        stack.callback(_end_workers)
+        stack.callback(_close, cluster)
         yield _pool_of(stack, distributed.Client(cluster, set_as_default=False), f"{count} on this machine", count)
 
 
@@ -97,8 +102,21 @@ def workers_of(address: str) -> Iterator[Pool]:
 
 
 def _pool_of(stack: ExitStack, client: Any, name: str, size: int) -> Pool:
-    stack.callback(client.close, timeout=CLOSE_S)
+    stack.callback(_close, client)
     return Pool(name, size, lambda chunks, order: _endings(client, chunks, order))
+
+
+def _close(opened: Any) -> None:
+    """Politely; what does not answer in time is ended by others."""
+    with suppress(TimeoutError):
+        opened.close(timeout=CLOSE_S)
+
+
+def _end_workers() -> None:
+    """No worker outlives its batch. Killing one is safe: a project is as before or after each of its steps."""
+    for child in multiprocessing.active_children():
+        child.kill()
+        child.join(CLOSE_S)
 
 
 def _distributed() -> Any:
@@ -149,24 +167,37 @@ def _check_workers(client: Any, address: str) -> None:
 
 
 def _endings(client: Any, chunks: Chunks, order: Order) -> Iterator[list[Ending]]:
-    """Endings of chunks as they come. A chunk whose worker died again and again goes on photo by photo."""
+    """Endings of chunks as they come. Photos whose worker died are worked on again at the end, one at a time.
+
+    A chunk that only waited at a worker that died is suspected too; alone, the guilty photo is found.
+    """
+    suspects: list[Item] = []
     chunk_of = {_submitted(client, chunk, order): chunk for chunk in chunks}
-    coming = _distributed().as_completed(list(chunk_of), loop=client.loop)
     try:
-        for future in coming:
+        for future in _completed(client, list(chunk_of)):
             chunk = chunk_of.pop(future)
-            if future.status == "finished":
+            if _is_finished(future):
                 yield future.result()
-            elif future.status != "error":
-                raise OrientError("the scheduler went away.", "What is done stays done: give the same command again.")
-            elif len(chunk) > 1:
-                singles = {_submitted(client, [item], order): [item] for item in chunk}
-                chunk_of |= singles
-                coming.update(list(singles))
             else:
-                yield [_failed(chunk[0], future.exception())]
+                suspects += chunk
+        for item in suspects:
+            chunk_of[alone := _submitted(client, [item], order)] = [item]
+            for future in _completed(client, [alone]):
+                yield future.result() if _is_finished(future) else [_failed(item, future.exception())]
+            del chunk_of[alone]
     finally:
-        client.cancel(list(chunk_of))
+        with suppress(Exception):  # the scheduler may be gone
+            client.cancel(list(chunk_of))
+
+
+def _completed(client: Any, futures: Sequence[Any]) -> Any:
+    return _distributed().as_completed(futures, loop=client.loop)
+
+
+def _is_finished(future: Any) -> bool:
+    if future.status not in ("finished", "error"):
+        raise OrientError("the scheduler went away.", "What is done stays done: give the same command again.")
+    return bool(future.status == "finished")
 
 
 def _submitted(client: Any, chunk: Sequence[Item], order: Order) -> Any:

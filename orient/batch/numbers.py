@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from orient.batch.values import Ending
 from orient.errors import OrientError
+from orient.pipeline.registry import is_optional
 from orient.report.status import Standing, standing
 from orient.values import Row, Scalar
 
@@ -64,8 +65,9 @@ def _refusal(status: Standing, results: "Sequence[Result]") -> OrientError | Non
             return OrientError(f"{result.stage}: {result.run.error}", result.hint)
     if status.verdict.word != "incomplete":
         return None
-    waits = next((f"{result.stage} waits for {result.waits_for}" for result in results if result.waits_for), "")
-    return OrientError(f"not oriented: {waits}", "Add what is missing: orient add PROJECT LIST FILE")
+    waiting = [one for one in results if one.waits_for and not is_optional(one.stage, one.waits_for)]
+    what = ", ".join(f"{one.stage} waits for {one.waits_for}" for one in waiting[:1])
+    return OrientError(f"not oriented: {what}", "Add what is missing: orient add PROJECT LIST FILE")
 
 
 def _is_current(status: Standing, stage: str) -> bool:

@@ -64,7 +64,7 @@ PHOTO = Table(
     _words("photo", "name of the photo, from photo.toml"),
     _words("platform", "space | aerial | terrestrial"),
     _words("ended_at", "when the row was written (UTC)", nullable=False),
-    _whole("exit_code", "as of `orient run` for it alone: 0 done, 1 refused by the data (or not oriented), 2, 3, 70", nullable=False),
+    _whole("exit_code", "0 oriented, 1 refused by the data or not oriented, 2, 3, 70: as `orient run`", nullable=False),
     _words("error", "why there is no result; empty if there is one", nullable=False),
     _words("hint", "what to do about it", nullable=False),
     _words("verdict", "good | doubtful | stale | failed | incomplete; NULL if the project could not be read"),

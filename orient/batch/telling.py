@@ -69,7 +69,7 @@ def show_plan(work: WorkList, plan: Plan, as_json: bool) -> None:
         return
     out = console()
     for item, state, why in states:
-        out.print(f"{state:<8} {printable(item.path)}{': ' if why else ''}{one_line(why)}", soft_wrap=True)
+        out.print(f"{state:<8} {_near(item.path)}{': ' if why else ''}{one_line(why)}", soft_wrap=True)
     out.print(f"{len(work.items)} photos, {len(plan.to_do)} to do; nothing was done (--dry-run).")
 
 
@@ -79,6 +79,12 @@ def _state(item: Item, plan: Plan) -> tuple[str, str]:
     if last := plan.refused.get(item.path):
         return "refused", f"batch {last.batch_id}: {last.refusal.message} (again with --retry-failed)"
     return "to do", f"made from {item.source}" if item.source and not Path(item.path).exists() else ""
+
+
+def _near(path: str) -> str:
+    """The path as a user here would type it."""
+    here = Path.cwd()
+    return printable(str(Path(path).relative_to(here)) if Path(path).is_relative_to(here) else path)
 
 
 def _refused_before(plan: Plan) -> list[Ending]:
@@ -119,9 +125,8 @@ def _print(
     if work.repeated:
         out.print(f"note: {work.repeated} names stood for a file that was on the list already")
     for ending in failures[:SHOWN]:
-        out.print(
-            f"  {printable(ending.path)}: {one_line(ending.message)} (exit code {ending.exit_code})", soft_wrap=True
-        )
+        why = f"{one_line(ending.message)} (exit code {ending.exit_code})"
+        out.print(f"  {_near(ending.path)}: {why}", soft_wrap=True)
         if ending.hint:
             out.print(f"    -> {one_line(ending.hint)}", soft_wrap=True)
     if len(failures) > SHOWN:

@@ -11,7 +11,7 @@ from types import FrameType
 
 import typer
 
-from orient.cli import batch, export, inputs, ledger, plan, plot, questions, seal, stages, verify
+from orient.cli import audit, batch, export, inputs, ledger, plan, plot, questions, report, seal, stages, verify
 from orient.errors import OrientError
 
 OUR_FAULT = 70
@@ -52,7 +52,7 @@ def _options(
     """Options of orient itself."""
 
 
-for group in (inputs, stages, batch, ledger, verify, seal, questions, plan, plot, export):
+for group in (inputs, stages, batch, ledger, verify, seal, questions, audit, plan, plot, report, export):
     group.register(app)
 
 
@@ -75,8 +75,9 @@ def _stop(number: int, frame: FrameType | None) -> None:
 
 
 def _no_more_signals() -> None:
+    """Not SIG_IGN: Python would complain about a second signal that has arrived and is not yet handled."""
     for number in STOP_SIGNALS:
-        signal.signal(number, signal.SIG_IGN)
+        signal.signal(number, lambda number, frame: None)
 
 
 def run() -> None:

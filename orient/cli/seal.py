@@ -40,7 +40,9 @@ def seal(
 
 def image(
     project: ProjectPath,
-    output: Annotated[str, typer.Option("--output", "-o", metavar="FILE", help="Write the image to this file.")] = "",
+    output: Annotated[
+        str, typer.Option("--output", "-o", metavar="FILE|-", help="Write the image to this file; - is the output.")
+    ] = "",
     compare: Annotated[
         Path | None, typer.Option("--compare", metavar="FILE", help="Tell whether this file is the image.")
     ] = None,

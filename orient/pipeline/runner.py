@@ -116,8 +116,7 @@ def select_version(path: Path, stage: str, version: int, reason: str) -> RunInfo
     if stage in ABOUT_RUNS:
         raise UsageError(f"{stage} is evidence about other runs; none of its versions is current")
     with open_project(path, "write") as project:
-        project.select(stage, version, current_user(), reason)
-        return project.heads()[stage]
+        return project.select(stage, version, current_user(), reason)
 
 
 def current_user() -> str:

@@ -20,12 +20,17 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """A question with a plain name, in SQL over the shipped views. Parameters are bound as text."""
+    """A question with a plain name, in SQL over the shipped views. Parameters are bound as text.
+
+    `brief`: the columns of a short answer; `nothing`: what it means that there are no rows.
+    """
 
     name: str
     asks: str
     sql: str
     parameters: tuple[Parameter, ...] = ()
+    brief: tuple[str, ...] = ()
+    nothing: str = "no rows"
 
 
 def filled(question: Question, given: Mapping[str, str]) -> dict[str, str]:

@@ -1,6 +1,7 @@
 """`seal` and `image`: what the sealed file holds, and the way of the image out of a project."""
 
 import json
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,6 +13,8 @@ from orient.report.output_file import output_path, write_output
 from orient.report.text import console, printable
 from orient.store.project import Project, RunInfo, open_project
 from orient.values import Row
+
+STDOUT = "-"
 
 
 def show_sealed(path: Path, output: str, request: Request, as_json: bool) -> None:
@@ -56,26 +59,31 @@ def show_image(path: Path, output: str, compared: Path | None, force: bool) -> N
     """What is known of the image; get it out of the project; or tell whether a file is it."""
     if output and compared:
         raise UsageError("--output and --compare exclude each other")
-    target = output_path(output, path, force) if output else None
+    if output == STDOUT and sys.stdout.isatty():
+        raise UsageError("an image is not for the terminal", "Give the name of a file: -o FILE")
+    target = output_path(output, path, force) if output and output != STDOUT else None
     with open_project(path, "read") as project:
         run = project.heads().get(IMAGE)
         if run is None:
             raise OrientError(f"{path} knows no image", "Put it in: orient seal PROJECT -o SEALED --image FILE")
         image = project.read_tables(run.run_id)["image"][0]
-        if target is not None:
+        if output:
             _extract(project, run, image, target, force)
     if compared is not None:
         _compare(image, compared)
-    elif target is None:
+    elif not output:
         _tell(image)
 
 
-def _extract(project: Project, run: RunInfo, image: Row, target: Path, force: bool) -> None:
-    """The name of the output is the user's; the stored one is only text."""
+def _extract(project: Project, run: RunInfo, image: Row, target: Path | None, force: bool) -> None:
+    """The name of the output is the user's (None: standard output); the stored one is only text."""
     if not image["n_parts"]:
         raise OrientError(
             f"the project holds only the digest of {image['name']}, not the file", "Ask its sender for the image."
         )
+    if target is None:
+        sys.stdout.buffer.writelines(project.image(run.run_id))
+        return
     write_output(target, project.image(run.run_id), project.path, force)
     console().print(printable(f"{target}: {image['size_bytes']} bytes, SHA-256 as sealed"), soft_wrap=True)
 

@@ -14,7 +14,7 @@ from sqlalchemy import Connection
 from orient.errors import OrientError, ProjectError
 from orient.store import verify
 from orient.store.connection import compact_into, let_spill, open_engine
-from orient.store.error_map import translated
+from orient.store.error_map import NO_SPACE, translated
 from orient.store.fingerprint import check_fingerprint, check_pages
 from orient.store.format import Format, current_format
 from orient.store.gate import recover
@@ -102,13 +102,12 @@ def seal_project(
         path = project.path
 
     def write(temporary: Path) -> None:
-        with _told_as(name, temporary):
-            with translated(path, Watch()):
-                compact_into(path, temporary)
-            with Project(preflight(temporary, form), "write", form, with_checks=False) as copy:
-                copy.let_spill()
-                add(copy)
-            runs.append(_verified(temporary, form, path, progress))
+        with translated(path, Watch()):
+            compact_into(path, temporary)
+        with Project(preflight(temporary, form), "write", form, with_checks=False) as copy:
+            copy.let_spill()
+            add(copy)
+        runs.append(_verified(temporary, form, path, progress))
 
     runs: list[int] = []
     make_file(name, write, path.stat().st_mode & 0o777, replace)
@@ -181,6 +180,8 @@ def _copy_bytes(source: Path, target: Path) -> None:
             shutil.copyfileobj(reader, writer, CHUNK)
             after = os.fstat(reader.fileno())
     except OSError as error:
+        if error.errno in NO_SPACE:
+            raise
         raise ProjectError(f"{source} cannot be copied: {error.strerror}.") from None
     if (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns):
         raise ProjectError(f"{source} changed while it was read.", "Try again.")

@@ -141,9 +141,8 @@ def _needs_recovery(path: Path, name: str) -> ProjectError:
 
 
 def replaced(path: Path, name: str = "") -> ProjectError:
-    return Replaced(
-        f"{path} was replaced while this command waited (an upgrade?). Nothing was written.", "Run it again."
-    )
+    message = f"{path} was replaced or removed while this command worked (an upgrade?)."
+    return Replaced(f"{message} {NOTHING_STORED}", "Run it again.")
 
 
 def _read_only(path: Path, name: str) -> ProjectError:

@@ -16,8 +16,8 @@ SEAL_EXEMPT = frozenset({"selection", "alembic_version"})
 
 CTE_NAMES = frozenset(
     {
-        "stale", "along", "part", "by_source", "share", "answer", "ranked", "median", "influence", "given", "told", "pair",
-        "side", "rests", "computed", "used", "ranked_image", "ranked_ground",
+        "stale", "along", "part", "by_source", "share", "answer", "ranked", "median", "influence", "given", "told",
+        "pair", "side", "rests", "computed", "used", "ranked_image", "ranked_ground",
     }
 )  # fmt: skip
 """Names of WITH clauses in views.sql; the authorizer lets them through."""

@@ -748,7 +748,7 @@ ORDER BY p.run_id, p.zone, p.point;
 --   moved_sigmas: the same in standard deviations of the element
 --   per_unit: change of the element by one unit of the reading, Q A'P e
 --   reading_unit: unit of the reading
---   share_percent: share of the reading's own error in the variance of the element; all readings make 100
+--   share_percent: share of the reading's own error in the variance of the element; NULL for coefficients (correlated)
 --   v: residual of the reading, adjusted minus observed
 --   redundancy_number: share of an error of the reading that shows in its residual
 CREATE VIEW v_influence AS
@@ -765,8 +765,10 @@ SELECT v.version, v.is_current, i.unknown AS element, i.kind, i.part, i.point, i
        -i.effect * i.w / i.delta0 AS moved, i.unit,
        -i.effect * i.w / i.delta0 / nullif(i.turn * sqrt(a.variance_scale * q.value), 0.0) AS moved_sigmas,
        i.effect / i.smallest_error AS per_unit, i.reading_unit,
-       100.0 * i.effect * i.effect * i.share
-       / nullif(i.delta0 * i.delta0 * i.sigma0 * i.sigma0 * i.turn * i.turn * q.value, 0.0) AS share_percent,
+       CASE WHEN i.kind <> 'coefficient'
+            THEN 100.0 * i.effect * i.effect * i.share
+                 / nullif(i.delta0 * i.delta0 * i.sigma0 * i.sigma0 * i.turn * i.turn * q.value, 0.0)
+            END AS share_percent,
        i.v, i.redundancy_number
 FROM influence AS i
 JOIN v_version AS v ON v.run_id = i.run_id
@@ -888,7 +890,8 @@ WITH told AS (
     UNION ALL
     SELECT i.run_id, 'input', i.role, r.version FROM run_input AS i JOIN stage_run AS r ON r.run_id = i.input_run_id
     UNION ALL
-    SELECT run_id, 'software', 'orient and its libraries', tool_version FROM stage_run
+    SELECT run_id, 'software', 'orient and its libraries', tool_version
+    FROM stage_run WHERE stage IN (SELECT stage FROM v_dependency)
     UNION ALL
     SELECT run_id, 'computation', 'version of the computation', stage_version FROM stage_run
     UNION ALL

@@ -1,6 +1,5 @@
 """What tests ask a summary and the projects, without the code that wrote them."""
 
-import os
 import sqlite3
 from collections import Counter
 from contextlib import closing
@@ -40,4 +39,4 @@ def assert_each_ended_once(folder: Path, summary: Path, names: set[str]) -> None
     assert {row["n"] for row in per_batch} == {1}
     for name in names:
         assert versions(folder / name) == Counter(COMPUTED), name
-    assert {entry for entry in os.listdir(folder) if not entry.endswith(".sqlite")} <= {summary.name}
+    assert {entry.name for entry in folder.iterdir() if entry.suffix != ".sqlite"} <= {summary.name}

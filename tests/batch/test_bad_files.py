@@ -1,5 +1,6 @@
 """One bad file of each kind among good ones: it is a row with its reason and exit code, and the rest is done."""
 
+import ctypes
 import os
 import shutil
 import sqlite3
@@ -19,9 +20,10 @@ from orient.store import connection
 from tests.batch.reading import assert_each_ended_once, latest, versions
 from tests.cli.commands import orient, orient_process
 from tests.cli.made_photo import GROUND, MadePhoto
-from tests.faults.test_no_space_no_right import modes_bind as modes_bind
-from tests.faults.test_no_space_no_right import without_privilege
+from tests.faults.privilege import PR_CAPBSET_DROP, without_privilege
+from tests.faults.privilege import modes_bind as modes_bind
 
+CAP_DAC_READ_SEARCH = 2
 Spoil = Callable[[Path], None]
 
 
@@ -153,6 +155,13 @@ def test_all_kinds_at_once_on_workers(projects: Path) -> None:
     }
 
 
+def like_anybody() -> None:
+    """In the new process: root neither writes nor reads what modes forbid."""
+    without_privilege()
+    if os.geteuid() == 0:
+        ctypes.CDLL(None).prctl(PR_CAPBSET_DROP, CAP_DAC_READ_SEARCH, 0, 0, 0)
+
+
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
     """Another command that holds the lock."""
@@ -194,7 +203,7 @@ def test_what_may_not_be_read_is_a_row(few: Path) -> None:
     (few / "closed").mkdir(mode=0o000)
     (few / "P001.sqlite").chmod(0o000)
     (few / "P002.sqlite").chmod(0o400)
-    done = orient_process("batch", few, "--workers", "0", "--recursive", preexec_fn=without_privilege)
+    done = orient_process("batch", few, "--workers", "0", "--recursive", preexec_fn=like_anybody)
     (few / "closed").chmod(0o700)
     assert (done.code, done.err) == (1, "")
     found = latest(few / "orient-summary.db")

@@ -202,7 +202,7 @@ def test_batch_on_a_server_hides_the_password(address: str, projects: Path) -> N
 def test_a_new_file_is_its_owners(tmp_path: Path) -> None:
     open_summary(summary_place(str(tmp_path / "s.db"))).close()
     assert stat.S_IMODE((tmp_path / "s.db").stat().st_mode) == 0o600
-    assert os.listdir(tmp_path) == ["s.db"]
+    assert [path.name for path in tmp_path.iterdir()] == ["s.db"]
 
 
 def test_foreign_files_are_left_as_they_are(space_project: Path, tmp_path: Path) -> None:

@@ -107,7 +107,8 @@ def examine(case: Case, place: Place) -> None:
     for never in NEVER:
         assert never not in everything, everything
     if case.code:
-        assert said.err.startswith("orient: ") or said.err.startswith("Usage: "), said.err
+        assert said.err.startswith(("orient: ", "Usage: ")), said.err
+        assert case.code != 2 or said.out == "", said.out
     if not case.changes:
         assert place.content() == before
     if case.then is not None:

@@ -140,7 +140,7 @@ def test_pictures(calgary: orient.Photo, tmp_path: Path) -> None:
     assert saved.read_text("utf-8") == picture.svg
     with pytest.raises(orient.UsageError, match="exists"):
         picture.save(tmp_path / "r.svg")
-    with pytest.raises(orient.UsageError, match="ends in .svg or .png"):
+    with pytest.raises(orient.UsageError, match=r"ends in \.svg or \.png"):
         picture.save(tmp_path / "r.pdf")
 
 

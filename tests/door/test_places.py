@@ -25,7 +25,7 @@ def model_of(photo: orient.Photo) -> PhotoModel:
 
 
 def lists(photo: orient.Photo) -> tuple[orient.Table, Array, Array, Array]:
-    """Rows of ground_covariance with the mean readings [mm], the heights [m] and the sigma of the means of its points."""
+    """Rows of ground_covariance; the mean readings [mm], heights [m] and sigmas of the means of its points."""
     stored, image = photo.table("ground_covariance", "covariance"), photo.table("image_point", "refine")
     at = [list(image["point"]).index(point) for point in stored["point"]]
     points = stored.array("X_m", "Y_m", "Z_m")
@@ -146,7 +146,7 @@ def test_the_sky_has_no_ground_and_the_other_side_no_image(space: orient.Photo, 
 
 
 def test_heights_of_many_points_are_exact(space: orient.Photo) -> None:
-    """The ray meets the ellipsoidal height itself, also at 9 km, where the cut of an enlarged ellipsoid is 0.1 m off."""
+    """The ray meets the ellipsoidal height itself, also at 9 km, where an enlarged ellipsoid is 0.1 m off."""
     heights = np.linspace(-400.0, 9000.0, 50)
     readings = np.column_stack([np.linspace(160.0, 260.0, 50), np.linspace(150.0, 240.0, 50)])
     found = space.image_to_ground(readings, heights)

@@ -6,11 +6,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+import pytest
+from _pytest.mark import ParameterSet
+
 from tests.cli.commands import AERIAL, MODEL, ROOT, orient
 
 Words = Callable[[Path], tuple[object, ...]]
 
 PROJECT, COPY, OLD = "photo.sqlite", "copy.sqlite", ROOT / "tests" / "data" / "format-2" / "calgary-28.sqlite.gz"
+LISTS = (AERIAL / "control.csv", AERIAL / "control.toml")
 
 
 @dataclass(frozen=True)
@@ -37,20 +41,7 @@ def _again(stage: str, template: str = "done") -> Operation:
 
 OPERATIONS = (
     Operation("new", "empty", lambda folder: ("new", folder / COPY, "--from", AERIAL), COPY),
-    Operation(
-        "add",
-        "done",
-        lambda folder: (
-            "add",
-            folder / PROJECT,
-            "control",
-            AERIAL / "control.csv",
-            AERIAL / "control.toml",
-            "-m",
-            "again",
-            "--again",
-        ),
-    ),  # fmt: skip
+    Operation("add", "done", lambda folder: ("add", folder / PROJECT, "control", *LISTS, "-m", "again", "--again")),
     Operation("run", "fresh", lambda folder: ("run", folder / PROJECT)),
     _again("refine"),
     _again("bl"),
@@ -64,8 +55,20 @@ OPERATIONS = (
     Operation("upgrade", "old", lambda folder: ("upgrade", folder / PROJECT)),
     Operation("backup", "done", lambda folder: ("backup", folder / PROJECT, folder / COPY), COPY),
     Operation("receive", "done", lambda folder: ("receive", folder / PROJECT, folder / COPY), COPY),
+    Operation("seal", "done", lambda folder: ("seal", folder / PROJECT, "-o", folder / COPY), COPY),
 )
+QUICK = frozenset({"run", "select", "backup"})
+"""Those that the quick tests try; the others are tried by the slow ones too."""
 BY_NAME = {operation.name: operation for operation in OPERATIONS}
+
+
+def each(*but: str, quick: frozenset[str] = QUICK) -> list[ParameterSet]:
+    """All operations `but` some as parameters of a test; those that are not quick carry the mark `slow`."""
+    return [
+        pytest.param(operation, id=operation.name, marks=[] if operation.name in quick else pytest.mark.slow)
+        for operation in OPERATIONS
+        if operation.name not in but
+    ]
 
 
 def make_templates(folder: Path) -> Path:

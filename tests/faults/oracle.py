@@ -158,5 +158,5 @@ def _works_again(clean: Clean, folder: Path, now: State, victims: Victims) -> No
     assert state is not None
     if now == clean.old:
         assert state == clean.new, "(d) the next command came to another result"
-    names = {name for name in os.listdir(folder)}  # noqa: PTH208
+    names = set(os.listdir(folder))  # noqa: PTH208
     assert names == clean.names, f"(e) left beside the file: {names ^ clean.names}"

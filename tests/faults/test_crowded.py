@@ -1,4 +1,4 @@
-"""Several commands at once, and readers that stay long: all finish or are told to wait, none is half-written (F6, F7)."""
+"""Several commands at once, readers that stay long: all finish or are told to wait, none is half-written (F6, F7)."""
 
 import multiprocessing
 import sqlite3

@@ -9,14 +9,14 @@ from random import Random
 
 import pytest
 
-from tests.faults.operations import OPERATIONS, PROJECT, Operation
+from tests.cli.commands import start
+from tests.faults.operations import PROJECT, QUICK, Operation, each
 from tests.faults.oracle import Clean, judge
-from tests.faults.victims import KILLED, Fault, Victims
+from tests.faults.victims import KILLED, Ended, Fault, Victims
 from tests.promises import Promise
 
 CleanOf = Callable[[str], Clean]
-WRITING = [operation for operation in OPERATIONS if operation.name != "check"]
-NAMED = [pytest.param(operation, id=operation.name) for operation in OPERATIONS]
+STOPPED = b"orient: stopped; nothing was stored by the interrupted step\n"
 
 
 def kill_at_random(clean: Clean, count: int, folder: Path, victims: Victims, promise: Promise, seed: int) -> None:
@@ -35,7 +35,7 @@ def test_random_kills_of_run(clean: CleanOf, victims: Victims, tmp_path: Path, p
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("operation", NAMED)
+@pytest.mark.parametrize("operation", each())
 def test_random_kills(operation: Operation, clean: CleanOf, victims: Victims, tmp_path: Path, promise: Promise) -> None:
     count = 200 if operation.name == "run" else 40
     kill_at_random(clean(operation.name), count, tmp_path / "scene", victims, promise, seed=200)
@@ -59,7 +59,7 @@ def test_kill_at_each_fifth_write_of_run(clean: CleanOf, victims: Victims, tmp_p
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("preloaded")
-@pytest.mark.parametrize("operation", [pytest.param(operation, id=operation.name) for operation in WRITING])
+@pytest.mark.parametrize("operation", each("check"))
 def test_kill_at_each_write(
     operation: Operation, clean: CleanOf, victims: Victims, tmp_path: Path, promise: Promise
 ) -> None:
@@ -69,8 +69,8 @@ def test_kill_at_each_write(
 @pytest.mark.usefixtures("preloaded")
 def test_the_library_sees_every_operation_write(clean: CleanOf) -> None:
     """Without this a library that strikes nothing would pass all loops."""
-    for operation in WRITING:
-        assert {"c", "w", "s", "u"} <= set(clean(operation.name).calls), operation.name
+    for name in QUICK:
+        assert {"c", "w", "s", "u"} <= set(clean(name).calls), name
     assert clean("check").calls == ""
 
 
@@ -106,7 +106,7 @@ def fail_while_recovering(
             with kept.trial(f"{scene.name}, its recovery {what} at call {at}"):
                 assert ended.code in (KILLED, 3) and "Traceback" not in ended.err, ended
                 assert "fault of orient" not in ended.err, ended
-                judge(clean, folder, type(ended)(KILLED, "", "", 0.0), victims)
+                judge(clean, folder, Ended(KILLED, "", "", 0.0), victims)
     return tried
 
 
@@ -136,7 +136,7 @@ def test_stop_at_any_time(number: int, clean: CleanOf, victims: Victims, tmp_pat
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["SIGINT", "SIGTERM"])
-@pytest.mark.parametrize("operation", NAMED)
+@pytest.mark.parametrize("operation", each())
 def test_stop_of_each_operation(
     operation: Operation, number: int, clean: CleanOf, victims: Victims, tmp_path: Path, promise: Promise
 ) -> None:
@@ -159,3 +159,20 @@ def stop_at_random(clean: Clean, count: int, number: int, folder: Path, victims:
             assert seconds < 1.0
             assert ended.code in (0, 128 + number, -number), ended
             judge(clean, folder, ended, victims)
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)], ids=["SIGINT", "SIGTERM"])
+def test_two_signals_stop_a_real_process_once(
+    number: int, code: int, clean: CleanOf, victims: Victims, tmp_path: Path, promise: Promise
+) -> None:
+    """A second signal does not disturb the tidying; this is the program itself, with its start."""
+    run = clean("run")
+    folder = run.scene(tmp_path / "scene")
+    child = start(*run.words(folder))
+    time.sleep(1.0)  # while it imports, or later
+    child.send_signal(number)
+    child.send_signal(number)
+    _, err = child.communicate(timeout=30)
+    with promise("F9").trial("two signals"):
+        assert (child.returncode, err) in ((code, STOPPED), (0, b"")), err
+        judge(run, folder, Ended(child.returncode, "", err.decode(), 0.0), victims)

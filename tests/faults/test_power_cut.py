@@ -13,7 +13,7 @@ from random import Random
 import pytest
 
 from orient.errors import OrientError
-from tests.faults.operations import OPERATIONS, PROJECT, Operation
+from tests.faults.operations import PROJECT, Operation, each
 from tests.faults.oracle import Clean, recovered
 from tests.faults.power_cut import Call, cut, read_log, write_out
 from tests.faults.victims import Fault, Victims
@@ -22,8 +22,6 @@ from tests.promises import Promise
 pytestmark = pytest.mark.usefixtures("preloaded")
 
 CleanOf = Callable[[str], Clean]
-WRITING = [pytest.param(operation, id=operation.name) for operation in OPERATIONS if operation.name != "check"]
-UNITS = "cuts"
 
 
 @dataclass(frozen=True)
@@ -80,7 +78,7 @@ def test_some_cuts(name: str, clean: CleanOf, victims: Victims, tmp_path: Path, 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("operation", WRITING)
+@pytest.mark.parametrize("operation", each("check"))
 def test_cuts(operation: Operation, clean: CleanOf, victims: Victims, tmp_path: Path, promise: Promise) -> None:
     count = 600 if operation.name == "run" else 200
     judge_cuts(record(clean(operation.name), tmp_path / "scene", victims), count, 200, promise, seed=200)

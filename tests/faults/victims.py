@@ -36,6 +36,7 @@ class Fault:
     clock_s: int | None = None
     unprivileged: bool | None = None
     file_size: int | None = None
+    max_pages: int | None = None
     more_memory: int | None = None
 
 

@@ -11,6 +11,7 @@ import json
 import os
 import pkgutil
 import resource
+import shutil
 import signal
 import sys
 import tempfile
@@ -18,7 +19,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-CAP_DAC_OVERRIDE, PR_CAPBSET_DROP = 1, 24
+from tests.faults.privilege import without_privilege
 
 
 def serve() -> None:
@@ -92,6 +93,12 @@ def set_synchronous(value: str) -> None:
     )
 
 
+def limit_pages(count: int) -> None:
+    from orient.store import connection
+
+    connection.PRAGMAS = (*connection.PRAGMAS, f"max_page_count={count}")
+
+
 def set_patience(seconds: list[float]) -> None:
     """SQLite's busy timeout, and how long a commit is repeated."""
     from orient.store import connection, project
@@ -109,16 +116,8 @@ def limit_file_size(size: int) -> None:
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
 
 
-def give_up_privilege(_: bool) -> None:
-    """Root loses the right to write what modes forbid."""
-    if os.geteuid() == 0:
-        ctypes.CDLL(None).prctl(PR_CAPBSET_DROP, CAP_DAC_OVERRIDE, 0, 0, 0)
-        header, data = (ctypes.c_uint32 * 2)(0x20080522, 0), (ctypes.c_uint32 * 6)()
-        ctypes.CDLL(None).capset(header, data)
-
-
 def before_computing(what: list[str]) -> None:
-    """["fail"]: computing is a mistake; ["replace", other, path]; ["delete", path]."""
+    """["fail"]: computing is a mistake; ["replace", other, path]; ["delete", path]; ["copy", path, other]."""
     from orient.pipeline import runner
 
     compute = runner.outcome_of
@@ -129,6 +128,8 @@ def before_computing(what: list[str]) -> None:
             raise AssertionError("computed")
         if kind == "replace":
             os.replace(*paths)  # noqa: PTH105
+        if kind == "copy":
+            shutil.copy(*paths)
         if kind == "delete" and os.path.lexists(paths[0]):
             os.unlink(paths[0])  # noqa: PTH108
         return compute(*arguments)
@@ -162,8 +163,9 @@ SETTINGS: dict[str, Callable[[Any], None]] = {
     "watched": watch_own_opens,
     "umask": os.umask,
     "clock_s": lambda seconds: ctypes.CDLL(None).fault_clock(ctypes.c_long(seconds)),
-    "unprivileged": give_up_privilege,
+    "unprivileged": lambda _: without_privilege(),
     "file_size": limit_file_size,
+    "max_pages": limit_pages,
     "more_memory": limit_memory,
 }
 
