@@ -9,7 +9,7 @@ from types import FrameType
 
 import typer
 
-from orient.cli import export, inputs, ledger, plan, plot, questions, stages, verify
+from orient.cli import explain, export, inputs, ledger, plan, plot, questions, stages, verify
 from orient.errors import OrientError
 
 OUR_FAULT = 70
@@ -50,7 +50,7 @@ def _options(
     """Options of orient itself."""
 
 
-for group in (inputs, stages, ledger, verify, questions, plan, plot, export):
+for group in (inputs, stages, ledger, verify, questions, plan, plot, export, explain):
     group.register(app)
 
 

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from orient.cli.completion import plot_names
 from orient.cli.options import ProjectPath, valid_text
 
 STDOUT = "-"
@@ -17,7 +18,13 @@ def register(app: typer.Typer) -> None:
 def plot(
     project: ProjectPath,
     kind: Annotated[
-        str, typer.Argument(metavar="accuracy|budget|ellipses|residuals", callback=valid_text, help="What is drawn.")
+        str,
+        typer.Argument(
+            metavar="accuracy|budget|ellipses|residuals",
+            callback=valid_text,
+            autocompletion=plot_names,
+            help="What is drawn.",
+        ),
     ],
     output: Annotated[
         str, typer.Option("--output", "-o", metavar="FILE.svg|FILE.png|-", help="The picture; - is SVG to the output.")

@@ -3,12 +3,14 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from orient.errors import OrientError, UsageError
 from orient.report.findings import Finding
-from orient.report.status import current_findings
-from orient.store.project import Project, RunInfo, open_project
 from orient.values import Tables
+
+if TYPE_CHECKING:
+    from orient.store.project import Project, RunInfo
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,7 +18,7 @@ class Current:
     """Tables and runs of the current results by stage, and the findings of everything that is current."""
 
     tables: Mapping[str, Tables]
-    runs: Mapping[str, RunInfo]
+    runs: Mapping[str, "RunInfo"]
     findings: Sequence[Finding]
 
     @property
@@ -30,6 +32,9 @@ def read_current(path: Path, stages: Sequence[str], what: str, otherwise: str, w
 
     `what` needs them; `otherwise` says what a mixture would do.
     """
+    from orient.report.status import current_findings
+    from orient.store.project import open_project
+
     with open_project(path, "read") as project, project.snapshot():
         heads = project.heads()
         missing = [stage for stage in stages if stage not in heads]
@@ -43,6 +48,6 @@ def read_current(path: Path, stages: Sequence[str], what: str, otherwise: str, w
         return Current(_tables(project, read), {stage: heads[stage] for stage in read}, current_findings(project))
 
 
-def _tables(project: Project, stages: Sequence[str]) -> dict[str, Tables]:
+def _tables(project: "Project", stages: Sequence[str]) -> dict[str, Tables]:
     heads = project.heads()
     return {stage: project.read_tables(heads[stage].run_id) for stage in stages}
