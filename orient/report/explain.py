@@ -1,7 +1,6 @@
 """`explain`: one iteration of the resection as a page of a textbook, to be followed by hand to the printed digits."""
 
 import json
-import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -46,10 +45,11 @@ def explain(path: Path, stage: str, iteration: int, version: int | None, digits:
         print(json.dumps(_content(run, found, iteration, count), indent=2, allow_nan=False))
         return
     step = textbook_step([*found.groups, *found.prior_groups], digits)
-    width = min(console().width, WIDEST)
+    out = console()
+    width = min(out.width, WIDEST)
     head = f"{printable(name)}, resection version {run.version}, iteration {iteration} of {count}"
     for line in (head, *_lines(found, step, digits, width)):
-        sys.stdout.write(f"{printable(line)}\n")
+        out.print(printable(line), soft_wrap=True)
     _print_result(found, step, digits)
 
 
@@ -153,7 +153,7 @@ def _print_result(found: Page, step: Step, digits: int) -> None:
     )
     out.print("\n7. Unknowns after it: R = exp([r]x) R, the others + x")
     for line in matrix_lines(["E", "N", "U"], ["x", "y", "z"], rotation, PLACES, min(out.width, WIDEST)):
-        sys.stdout.write(f"{line}\n")
+        out.print(line, soft_wrap=True)
     rows = [
         [name, _digits(ours, PLACES), _digits(theirs, PLACES), f"{ours - theirs:.1e}"]
         for name, ours, theirs in zip(
