@@ -13,6 +13,7 @@ from orient.cli import explain, export, inputs, ledger, plan, plot, questions, s
 from orient.errors import OrientError
 
 OUR_FAULT = 70
+COMPLETING, ONE_LINE = "_ORIENT_COMPLETE", "10000"
 APP_HELP = """Orient one frame photograph from measured image points and a map, and keep the whole proof in one file.
 
 A project is one SQLite file per photo. Start with:
@@ -85,6 +86,8 @@ def run() -> None:
         signal.signal(number, _stop)
     if sys.stdout is None:  # closed by the caller: `orient run P >&-`
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115  (for the life of the process)
+    if COMPLETING in os.environ:
+        os.environ["TERMINAL_WIDTH"] = ONE_LINE  # a name offered to the shell and what it means are one line
     code = _exit_code(app)
     _no_more_signals()
     sys.exit(code)
