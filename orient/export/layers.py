@@ -21,8 +21,8 @@ from orient.geometry.camera import Measured, corrected
 from orient.geometry.vertical_photo import grid_layout
 from orient.intake.camera import frame_centre
 from orient.pipeline.ground_accuracy import seen_ground
+from orient.pipeline.image_corrections import air_and_curvature
 from orient.pipeline.plan_covariance import horizon
-from orient.pipeline.refine import air_and_curvature
 from orient.pipeline.tables import Array, columns, required
 from orient.units import RADIANS_PER_DEGREE
 from orient.values import Row, Scalar

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from orient.store.format import TableShape, current_format
 from orient.store.plain import plain_tables
-from orient.values import Event, Scalar, Settings, Tables
+from orient.values import Blob, Event, Scalar, Settings, Tables
 
 OWN_CONTENT = "content"
 """Role of a run without inputs (an imported list): its input digest goes over its own output digest."""
@@ -62,9 +62,9 @@ def plain_json(value: object) -> str:
 
 
 def _hex_floats(value: object) -> object:
-    """Floats become `f:` + hex and texts get `s:` before them, so that no text can look like a number."""
+    """Floats become `f:` + hex, texts get `s:` and bytes `b:` before them, so that none can look like another."""
     if isinstance(value, str):
-        return "s:" + value
+        return ("b:" if isinstance(value, Blob) else "s:") + value
     if isinstance(value, float):
         return "f:" + (value + 0.0).hex()
     if isinstance(value, Mapping):

@@ -7,7 +7,7 @@ from sqlalchemy import Connection
 from orient.store.format import Format, TableShape
 from orient.store.plain import StoredRows
 from orient.store.stage_tables import EVENT_TABLE, STAGE_TABLES
-from orient.values import Scalar
+from orient.values import Blob, Scalar
 
 
 def insert_rows(connection: Connection, run_id: int, rows: StoredRows, form: Format) -> int:
@@ -17,7 +17,11 @@ def insert_rows(connection: Connection, run_id: int, rows: StoredRows, form: For
         quoted = ", ".join(f'"{name}"' for name in names)
         marks = ", ".join("?" * len(names))
         statement = f"INSERT INTO {table} ({quoted}) VALUES ({marks})"
-        connection.exec_driver_sql(statement, [(run_id, *row) for row in values])
+        if _has_bytes(form.tables[table]):
+            for row in values:  # one part of an image in memory at a time
+                connection.exec_driver_sql(statement, (run_id, *map(_fetched, row)))
+        else:
+            connection.exec_driver_sql(statement, [(run_id, *row) for row in values])
     return sum(len(values) for values in rows.values())
 
 
@@ -35,7 +39,22 @@ def _select(connection: Connection, run_id: int, table: str, shape: TableShape) 
     names = ", ".join(f'"{name}"' for name in shape.names if name != "run_id")
     order = ", ".join(f'"{name}"' for name in shape.key)
     query = f"SELECT {names} FROM main.{table} WHERE run_id = ? ORDER BY {order}"
-    return [tuple(row) for row in connection.exec_driver_sql(query, (run_id,)).all()]
+    found = connection.exec_driver_sql(query, (run_id,))
+    if _has_bytes(shape):
+        return [tuple(map(_told, row)) for row in found]
+    return [tuple(row) for row in found.all()]
+
+
+def _has_bytes(shape: TableShape) -> bool:
+    return any(kind == "BLOB" for _, kind in shape.columns)
+
+
+def _fetched(value: Scalar) -> Scalar | bytes:
+    return value.read() if isinstance(value, Blob) and value.read is not None else value
+
+
+def _told(value: Scalar | bytes) -> Scalar:
+    return Blob(value) if isinstance(value, bytes) else value
 
 
 def as_dicts(stored: Mapping[str, Sequence[Sequence[Scalar]]], form: Format) -> dict[str, list[dict[str, Scalar]]]:

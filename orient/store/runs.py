@@ -35,7 +35,10 @@ class RunInfo:
 
 @dataclass(frozen=True, slots=True)
 class NewRun:
-    """A run that is to be stored. `expected_heads`: stage -> run_id that must still be current (None: no head)."""
+    """A run that is to be stored. `expected_heads`: stage -> run_id that must still be current (None: no head).
+
+    `once`: if another command has stored the same run meanwhile, that one is taken and nothing is stored.
+    """
 
     stage: str
     stage_version: int
@@ -47,6 +50,7 @@ class NewRun:
     actor: str
     reason: str
     select: bool = True
+    once: bool = False
 
 
 RUNS = """

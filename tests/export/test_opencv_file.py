@@ -13,7 +13,7 @@ from orient.export.pixels import pixel_grid
 from orient.export.solved import read_solved, solved_points
 from orient.geometry.camera import Measured, corrected
 from orient.geometry.rotation import matrix_from_quaternion, rotation_exp
-from orient.pipeline.refine import air_and_curvature
+from orient.pipeline.image_corrections import air_and_curvature
 from tests.cli.commands import orient
 from tests.export.conftest import Project
 from tests.export.reprojection import rows, stored
