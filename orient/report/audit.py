@@ -22,8 +22,8 @@ def show_audit(path: Path) -> None:
     from orient.store.project import open_project
 
     out = console()
-    out.print(f"{printable(str(path))}: {standing(path).verdict.sentence}", soft_wrap=True)
     with open_project(path, "read") as project, project.snapshot():
+        out.print(f"{printable(str(path))}: {standing(project).verdict.sentence}", soft_wrap=True)
         for number, question in enumerate(AUDIT_QUESTIONS, 1):
             out.print(f"\n{number}. {question.asks}", soft_wrap=True)
             _print_answer(project, question, path)

@@ -112,12 +112,12 @@ def _verified_copy(path: Path, copy: Path) -> tuple[int, tuple[str, str]]:
     from orient.store.project import open_project
 
     with open_project(path, "read") as project:
-        rows = project.query(SOURCE)[1]
+        rows, now = project.query(SOURCE)[1], standing(project)
     runs = backup_project(path, copy).runs
     name, taken_on, platform = rows[0] if rows else (path.stem, "", "")
     when = f", taken on {taken_on}" if taken_on else ""
     kind = f"{platform} photo{when}. " if platform else ""
-    return runs, (f"orient: {name}", f"{kind}{standing(copy).verdict.sentence}")
+    return runs, (f"orient: {name}", f"{kind}{now.verdict.sentence}")
 
 
 @contextlib.contextmanager

@@ -28,7 +28,7 @@ class Current:
 
 
 def read_current(path: Path, stages: Sequence[str], what: str, otherwise: str, with_: Sequence[str] = ()) -> Current:
-    """Tables of `stages`, and of those `with_` that exist; refused where one is missing or out of date.
+    """Tables of `stages`, refused where one is missing or out of date, and of those `with_` that are current.
 
     `what` needs them; `otherwise` says what a mixture would do.
     """
@@ -40,11 +40,12 @@ def read_current(path: Path, stages: Sequence[str], what: str, otherwise: str, w
         missing = [stage for stage in stages if stage not in heads]
         if missing:
             raise UsageError(f"{what} needs {', '.join(missing)}", f"Run: orient run {path}")
-        read = [*stages, *(stage for stage in with_ if stage in heads)]
         stale = {str(row[0]) for row in project.query("SELECT stage FROM v_stale WHERE is_stale")[1]}
-        if stale.intersection(read):
-            listed = ", ".join(stage for stage in read if stage in stale)
+        if stale.intersection(stages):
+            listed = ", ".join(stage for stage in stages if stage in stale)
             raise OrientError(f"the results are out of date ({listed}); {otherwise}", f"Run: orient run {path}")
+        beside = [stage for stage in with_ if stage in heads and stage not in (*stages, *stale)]
+        read = [*stages, *beside]
         return Current(_tables(project, read), {stage: heads[stage] for stage in read}, current_findings(project))
 
 

@@ -22,6 +22,8 @@ COMMANDS = {
     "explain": [["explain", "P", "--json"]],
     "verify": [["verify", "P", "--json"]],
     "plan": [PLAN],
+    "seal": [["seal", "P", "-o", "SEALED", "--json"]],
+    "batch": [["batch", "FOLDER", "--workers", "1", "--json"], ["batch", "FOLDER", "--dry-run", "--json"]],
 }
 
 
@@ -33,6 +35,7 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert orient("run", path).code == 0
     assert orient("resection", path, "--reject").code == 0
     assert orient("verify", path).code == 0
+    assert orient("new", path.with_name("map.sqlite"), "--from", SAMPLES / "n37-map-graticule").code == 0
     return path
 
 
@@ -63,7 +66,8 @@ def covers(key: str, path: str) -> bool:
 
 
 def said(words: list[str], project: Path) -> set[str]:
-    answer = orient(*(project if word == "P" else word for word in words))
+    places = {"P": project, "SEALED": project.with_name("sealed.orient"), "FOLDER": project.parent}
+    answer = orient(*(places.get(word, word) for word in words))
     return set(paths(json.loads(answer.out, parse_constant=pytest.fail)))
 
 
