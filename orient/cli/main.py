@@ -11,7 +11,21 @@ from types import FrameType
 
 import typer
 
-from orient.cli import audit, batch, explain, export, inputs, ledger, plan, plot, questions, seal, stages, verify
+from orient.cli import (
+    audit,
+    batch,
+    explain,
+    export,
+    inputs,
+    ledger,
+    plan,
+    plot,
+    questions,
+    report,
+    seal,
+    stages,
+    verify,
+)
 from orient.errors import OrientError
 
 OUR_FAULT = 70
@@ -53,7 +67,7 @@ def _options(
     """Options of orient itself."""
 
 
-for group in (inputs, stages, batch, ledger, verify, seal, questions, audit, plan, plot, export, explain):
+for group in (inputs, stages, batch, ledger, verify, seal, questions, audit, plan, plot, report, export, explain):
     group.register(app)
 
 

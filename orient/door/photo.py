@@ -157,7 +157,7 @@ class Photo:
         return Table(list(rows[0]), [list(row.values()) for row in rows])
 
     def plot(self, kind: str) -> Picture:
-        """A picture of the current results: accuracy, budget, ellipses, residuals. Needs orient[plot]."""
+        """A picture of the current results, by the names of `orient plot`. Needs orient[plot]."""
         if kind not in PLOTS:
             raise UsageError(f'there is no plot "{kind}"', f"Plots are {', '.join(PLOTS)}.")
         return Picture(self.path, kind)

@@ -146,7 +146,7 @@ def print_findings(
     `out`: the console that a moving line lives on; only it knows how to write above that line.
     """
     out = out or console()
-    shown = _folded(found)
+    shown = folded(found)
     for finding, count in shown[:SHOWN]:
         more = f" (and {count - 1} more of this kind)" if count > 1 else ""
         place = f"{finding.stage}: " if with_stage else ""
@@ -158,7 +158,7 @@ def print_findings(
         out.print(f"{indent}... and {len(shown) - SHOWN} more: orient sql PROJECT events")
 
 
-def _folded(found: Sequence[Finding]) -> list[tuple[Finding, int]]:
+def folded(found: Sequence[Finding]) -> list[tuple[Finding, int]]:
     """The first few findings of each stage and code; the last of them stands for the rest, whose number it gets."""
     kinds: dict[tuple[str, str], list[Finding]] = {}
     for finding in found:
