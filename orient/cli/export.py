@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from orient.cli.completion import format_names
 from orient.cli.options import ProjectPath, valid_text
 
 STDOUT = "-"
@@ -27,6 +28,7 @@ def export(
         str,
         typer.Argument(
             metavar="FORMAT",
+            autocompletion=format_names,
             callback=valid_text,
             help="geojson, gpkg, opencv, opk, elements, residuals or points.",
         ),

@@ -5,12 +5,21 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from orient.cli.completion import from_words, list_names
 from orient.cli.options import Again, ProjectPath, Reason, valid_text
 
 if TYPE_CHECKING:
     from orient.intake.options import ReadOptions
 
-Decimal = Annotated[str, typer.Option("--decimal", metavar="point|comma", help="Decimal sign of the CSV files.")]
+Decimal = Annotated[
+    str,
+    typer.Option(
+        "--decimal",
+        metavar="point|comma",
+        autocompletion=from_words(("point", "comma")),
+        help="Decimal sign of the CSV files.",
+    ),
+]
 Encoding = Annotated[str, typer.Option("--encoding", help="Encoding of the files.")]
 IgnoreColumns = Annotated[bool, typer.Option("--ignore-columns", help="Pass over columns that orient does not know.")]
 MaxRows = Annotated[int, typer.Option("--max-rows", min=1, help="Most data lines in one file.")]
@@ -46,7 +55,9 @@ def new(
 
 def add(
     project: ProjectPath,
-    what: Annotated[str, typer.Argument(metavar="LIST", help="photo, readings, sheet, control or model.")],
+    what: Annotated[
+        str, typer.Argument(metavar="LIST", autocompletion=list_names, help="photo, readings, sheet, control or model.")
+    ],
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="The CSV and TOML files of the list.")],
     message: Annotated[
         str, typer.Option("--message", "-m", callback=valid_text, help="Why; it is kept with the version.")

@@ -5,10 +5,16 @@ from typing import Annotated
 
 import typer
 
+from orient.cli.completion import stage_names
 from orient.cli.options import AsJson, ProjectPath, Reason
 
 StageName = Annotated[
-    str, typer.Argument(metavar="STAGE", help="photo, readings, ..., refine, ..., covariance, absolute, verify.")
+    str,
+    typer.Argument(
+        metavar="STAGE",
+        autocompletion=stage_names,
+        help="photo, readings, ..., refine, ..., covariance, absolute, verify.",
+    ),
 ]
 
 
@@ -34,7 +40,12 @@ def log(project: ProjectPath, as_json: AsJson = False) -> None:
 def show(
     project: ProjectPath,
     stage: Annotated[
-        str, typer.Argument(metavar="[STAGE]", help="photo, ..., covariance, verify; without it, the orientation.")
+        str,
+        typer.Argument(
+            metavar="[STAGE]",
+            autocompletion=stage_names,
+            help="photo, ..., covariance, verify; without it, the orientation.",
+        ),
     ] = "",
     version: Annotated[int | None, typer.Option("--version", min=1, help="Not the current one.")] = None,
     as_json: AsJson = False,

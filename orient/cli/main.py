@@ -11,10 +11,25 @@ from types import FrameType
 
 import typer
 
-from orient.cli import audit, batch, export, inputs, ledger, plan, plot, questions, report, seal, stages, verify
+from orient.cli import (
+    audit,
+    batch,
+    explain,
+    export,
+    inputs,
+    ledger,
+    plan,
+    plot,
+    questions,
+    report,
+    seal,
+    stages,
+    verify,
+)
 from orient.errors import OrientError
 
 OUR_FAULT = 70
+COMPLETING, ONE_LINE = "_ORIENT_COMPLETE", "10000"
 APP_HELP = """Orient one frame photograph from measured image points and a map, and keep the whole proof in one file.
 
 A project is one SQLite file per photo. Start with:
@@ -52,7 +67,7 @@ def _options(
     """Options of orient itself."""
 
 
-for group in (inputs, stages, batch, ledger, verify, seal, questions, audit, plan, plot, report, export):
+for group in (inputs, stages, batch, ledger, verify, seal, questions, audit, plan, plot, report, export, explain):
     group.register(app)
 
 
@@ -88,6 +103,8 @@ def run() -> None:
         signal.signal(number, _stop)
     if sys.stdout is None:  # closed by the caller: `orient run P >&-`
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115  (for the life of the process)
+    if COMPLETING in os.environ:
+        os.environ["TERMINAL_WIDTH"] = ONE_LINE  # a name offered to the shell and what it means are one line
     code = _exit_code(app)
     _no_more_signals()
     sys.exit(code)

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from orient.cli.completion import plot_names
 from orient.cli.options import Language, ProjectPath, valid_text
 
 STDOUT = "-"
@@ -19,7 +20,10 @@ def plot(
     kind: Annotated[
         str,
         typer.Argument(
-            metavar="accuracy|budget|ellipses|iterations|residuals|sheet", callback=valid_text, help="What is drawn."
+            metavar="accuracy|budget|ellipses|iterations|residuals|sheet",
+            callback=valid_text,
+            autocompletion=plot_names,
+            help="What is drawn.",
         ),
     ],
     output: Annotated[

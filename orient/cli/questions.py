@@ -4,6 +4,7 @@ from typing import Annotated
 
 import typer
 
+from orient.cli.completion import question_names
 from orient.cli.options import AsJson, ProjectPath, valid_text
 
 
@@ -17,6 +18,7 @@ def sql(
         str,
         typer.Argument(
             metavar="QUESTION",
+            autocompletion=question_names,
             callback=valid_text,
             help='A name from --list, or SQL such as "SELECT * FROM v_residual".',
         ),

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 from typer.models import OptionInfo
 
+from orient.cli.completion import from_words
 from orient.cli.options import Again, ProjectPath, Reason, valid_text
 from orient.errors import UsageError
 from orient.pipeline.setting_values import (
@@ -104,7 +105,9 @@ def _choice(name: str, words: tuple[str, ...], help_text: str) -> OptionInfo:
             raise typer.BadParameter(f"{value!r} is not one of {', '.join(words)}.")
         return value
 
-    option: OptionInfo = typer.Option(name, metavar="|".join(words), callback=check, help=help_text)
+    option: OptionInfo = typer.Option(
+        name, metavar="|".join(words), callback=check, autocompletion=from_words(words), help=help_text
+    )
     return option
 
 

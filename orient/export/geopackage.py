@@ -29,6 +29,8 @@ UNDEFINED_CARTESIAN = -1
 PIECE = 1 << 20
 SECONDS = len("2026-01-01T00:00:00")
 GEOMETRY = "geom"
+VERSION = "1.2"
+"""Nothing of a later version of the standard is used, and older programs read this one without a warning."""
 WKB = {"Point": 1, "LineString": 2, "Polygon": 3}
 TYPES: dict[str, Any] = {
     "text": object,
@@ -98,6 +100,7 @@ def _write_layer(file: Path, layer: Layer, system: MapSystem, about: dict[str, s
             crs=system.text or None,
             append=file.exists(),
             dataset_metadata=about or None,
+            dataset_options=None if file.exists() else {"VERSION": VERSION},
             layer_metadata={field.name: field.meaning for field in layer.fields},
             layer_options=options,
         )

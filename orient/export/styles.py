@@ -36,9 +36,9 @@ def _outline(colour: str, width: str, dash: str, told: str) -> Style:
 
 
 STYLES = {
-    "control": _marker("triangle", BLUE, "3", "point", "control points with their names"),
-    "check": _marker("circle", RED, "2.6", "point", "check points with their names"),
-    "excluded": _marker("cross2", GREY, "3", "point", "excluded points with their names"),
+    "control": _marker("triangle", BLUE, "2.2", "point", "control points with their names"),
+    "check": _marker("circle", RED, "2", "point", "check points with their names"),
+    "excluded": _marker("cross2", GREY, "2.4", "point", "excluded points with their names"),
     "residuals": Style(
         "line",
         "ArrowLine",

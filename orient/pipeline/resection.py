@@ -83,6 +83,13 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     return Outcome({**results, **tested, **traces}, [*events, *remarks, *told], _summary(found, sigma0, chosen))
 
 
+def adjusted_again(inputs: Mapping[str, Tables], settings: Settings) -> tuple[Solved, Frame]:
+    """The adjustment itself with everything that went into it, for who explains or checks it; nothing is judged."""
+    work, _, _ = _assignment(inputs, settings)
+    chain = chain_of(work.control, inputs, work.frame, work.ground, work.sigma0, settings)
+    return _chosen(work, chain)[1].solved, work.frame
+
+
 def _results(
     work: Assignment, inputs: Mapping[str, Tables], chosen: Chosen, check: Observations
 ) -> tuple[Tables, list[Event]]:

@@ -1,6 +1,5 @@
 """`check`, `backup`, `receive` and `upgrade`: what they found and made."""
 
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
@@ -51,10 +50,11 @@ def _say_copied(copied: Copied, what: str) -> None:
 @contextmanager
 def counted(what: str) -> Iterator[Callable[[int, int], None]]:
     """A moving line on a terminal for long work, nothing elsewhere."""
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, MofNCompleteColumn
 
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console(), transient=True, disable=not sys.stdout.isatty()) as bar:
+    from orient.report.terminal import moving_line
+
+    with moving_line(console(), BarColumn(bar_width=20), MofNCompleteColumn()) as bar:
         task = bar.add_task(what, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
 

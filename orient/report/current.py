@@ -3,12 +3,14 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from orient.errors import OrientError, UsageError
 from orient.report.findings import Finding
-from orient.report.status import current_findings
-from orient.store.project import Project, RunInfo, open_project
 from orient.values import Tables
+
+if TYPE_CHECKING:
+    from orient.store.project import Project, RunInfo
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,7 +18,7 @@ class Current:
     """Tables and runs of the current results by stage, and the findings of everything that is current."""
 
     tables: Mapping[str, Tables]
-    runs: Mapping[str, RunInfo]
+    runs: Mapping[str, "RunInfo"]
     findings: Sequence[Finding]
 
     @property
@@ -26,31 +28,40 @@ class Current:
 
 
 def read_current(path: Path, stages: Sequence[str], what: str, otherwise: str, with_: Sequence[str] = ()) -> Current:
-    """Tables of `stages`, and of those `with_` that exist; refused where one is missing or out of date.
+    """Tables of `stages`, refused where one is missing or out of date, and of those `with_` that are current.
 
     `what` needs them; `otherwise` says what a mixture would do.
     """
+    from orient.report.status import current_findings
+    from orient.store.project import open_project
+
     with open_project(path, "read") as project, project.snapshot():
-        runs = fresh_heads(project, stages, what, otherwise, with_)
+        stale = _stale(project)
+        beside = [stage for stage in with_ if stage not in stale and stage not in stages]
+        runs = fresh_heads(project, stages, what, otherwise, beside)
         return Current(_tables(project, tuple(runs)), runs, current_findings(project))
 
 
 def fresh_heads(
-    project: Project, stages: Sequence[str], what: str, otherwise: str, with_: Sequence[str] = ()
-) -> dict[str, RunInfo]:
-    """The current runs of `stages`, and of those `with_` that exist; refused as `read_current` says."""
+    project: "Project", stages: Sequence[str], what: str, otherwise: str, with_: Sequence[str] = ()
+) -> dict[str, "RunInfo"]:
+    """The current runs of `stages`, and of those `with_` that exist; refused where one is missing or out of date."""
     heads, path = project.heads(), project.path
     missing = [stage for stage in stages if stage not in heads]
     if missing:
         raise UsageError(f"{what} needs {', '.join(missing)}", f"Run: orient run {path}")
     read = [*stages, *(stage for stage in with_ if stage in heads)]
-    stale = {str(row[0]) for row in project.query("SELECT stage FROM v_stale WHERE is_stale")[1]}
+    stale = _stale(project)
     if stale.intersection(read):
         listed = ", ".join(stage for stage in read if stage in stale)
         raise OrientError(f"the results are out of date ({listed}); {otherwise}", f"Run: orient run {path}")
     return {stage: heads[stage] for stage in read}
 
 
-def _tables(project: Project, stages: Sequence[str]) -> dict[str, Tables]:
+def _stale(project: "Project") -> set[str]:
+    return {str(row[0]) for row in project.query("SELECT stage FROM v_stale WHERE is_stale")[1]}
+
+
+def _tables(project: "Project", stages: Sequence[str]) -> dict[str, Tables]:
     heads = project.heads()
     return {stage: project.read_tables(heads[stage].run_id) for stage in stages}

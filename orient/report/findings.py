@@ -8,6 +8,8 @@ from orient.report.text import console, one_line, printable
 from orient.values import Event, Severity
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from orient.store.project import Project, RunInfo
 
 MARKS: Mapping[Severity, str] = {"error": "error", "warning": "warning", "info": "note"}
@@ -136,9 +138,14 @@ def as_json(found: Sequence[Finding]) -> list[dict[str, str]]:
     return [asdict(finding) for finding in found]
 
 
-def print_findings(found: Sequence[Finding], indent: str = "  ", *, with_stage: bool = False) -> None:
-    """Problems with what to do, then notes; many findings of one kind are told once, with a count."""
-    out = console()
+def print_findings(
+    found: Sequence[Finding], indent: str = "  ", *, with_stage: bool = False, out: "Console | None" = None
+) -> None:
+    """Problems with what to do, then notes; many findings of one kind are told once, with a count.
+
+    `out`: the console that a moving line lives on; only it knows how to write above that line.
+    """
+    out = out or console()
     shown = folded(found)
     for finding, count in shown[:SHOWN]:
         more = f" (and {count - 1} more of this kind)" if count > 1 else ""

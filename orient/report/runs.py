@@ -1,6 +1,5 @@
 """What a command says after it stored or computed something."""
 
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -74,12 +73,10 @@ class Progress:
     """The display of `run`: a moving line on a terminal, one finished line per stage everywhere."""
 
     def __init__(self) -> None:
-        from rich.progress import Progress as Bar
-        from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
+        from orient.report.terminal import moving_line, spinner
 
         self._out = console()
-        columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-        self._bar = Bar(*columns, console=self._out, transient=True, disable=not sys.stdout.isatty())
+        self._bar = moving_line(self._out, spinner(self._out))
         self._task: TaskID | None = None
 
     def __enter__(self) -> Self:
@@ -92,14 +89,14 @@ class Progress:
     def begin(self, stage: "Stage") -> None:
         if self._task is not None:
             self._bar.remove_task(self._task)
-        self._task = self._bar.add_task(f"{stage.name}: {stage.title}")
+        self._task = self._bar.add_task(f"{stage.name}: {stage.title.partition(':')[0]}")
 
     def end(self, result: "Result") -> None:
         if result.waits_for and is_optional(result.stage, result.waits_for):
             return
         self._out.print(line(result))
         if result.computed:
-            print_findings(findings(result.stage, result.events), INDENT)
+            print_findings(findings(result.stage, result.events), INDENT, out=self._out)
 
     def close_with(self, results: "Sequence[Result]", project: Path) -> None:
         """The last words, and exit code 1 if a stage failed."""

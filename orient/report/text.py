@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 
 CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200b-\u200f\u202a-\u202e\u2066-\u2069\ufeff]")
 MISSING = "-"
-NARROWEST = 60
-GAP, NARROWEST_TEXT = 2, 24
+GAP, NARROWEST_TEXT = 3, 24
+"""Between two columns: a blank on each side of the invisible rule."""
 PIPE_WIDTH = 10_000
 """Width when the output goes to a file or another program: rows are never folded there."""
 
@@ -48,15 +48,12 @@ def number(value: object) -> float:
 
 
 def console() -> "Console":
-    """Standard output: as wide as the terminal, or unfolded into a file; markup in names is never interpreted."""
-    from rich.console import Console
+    """Standard output: folded at words to the width of the terminal, unfolded into a file; no markup in names."""
+    from orient.report.terminal import FoldedConsole, PlainConsole
 
-    is_terminal = sys.stdout is not None and sys.stdout.isatty()
-    width = None if is_terminal else PIPE_WIDTH
-    out = Console(width=width, highlight=False, markup=False, emoji=False)
-    if out.width < NARROWEST:  # a terminal that does not know its width says 0
-        out.width = NARROWEST
-    return out
+    if sys.stdout is not None and sys.stdout.isatty():
+        return FoldedConsole()
+    return PlainConsole(PIPE_WIDTH)
 
 
 def print_table(headers: Sequence[str], rows: Sequence[Sequence[str]], numeric: Sequence[bool]) -> None:
@@ -68,9 +65,10 @@ def print_table(headers: Sequence[str], rows: Sequence[Sequence[str]], numeric: 
     from rich.table import Table
 
     out = console()
-    widths = [max(len(row[i]) for row in [headers, *rows]) + GAP for i in range(len(headers))]
-    may_fold = not numeric[-1] and out.width - sum(widths[:-1]) >= NARROWEST_TEXT
-    if sum(widths) > out.width and not may_fold:
+    widths = [max(len(row[i]) for row in [headers, *rows]) for i in range(len(headers))]
+    gaps = GAP * (len(headers) - 1)
+    may_fold = not numeric[-1] and out.width - sum(widths[:-1]) - gaps >= NARROWEST_TEXT
+    if sum(widths) + gaps > out.width and not may_fold:
         _print_records(out, headers, rows)
         return
     shown = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)

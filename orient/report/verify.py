@@ -1,7 +1,6 @@
 """`verify`: what was found about each run, line by line, then the verdict; and what other commands say of it."""
 
 import json
-import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -47,12 +46,12 @@ class Lines:
     """A moving line on a terminal, and one finished line for each run everywhere."""
 
     def __init__(self, quiet: bool) -> None:
-        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+        from rich.progress import BarColumn
+
+        from orient.report.terminal import moving_line
 
         self._out, self._quiet = console(), quiet
-        columns = (BarColumn(bar_width=20), TextColumn("{task.description}"), TimeElapsedColumn())
-        is_shown = sys.stdout.isatty() and not quiet
-        self._bar = Progress(*columns, console=self._out, transient=True, disable=not is_shown)
+        self._bar = moving_line(self._out, BarColumn(bar_width=20), is_quiet=quiet)
         self._task: TaskID = self._bar.add_task("verify")
 
     def __enter__(self) -> Self:

@@ -1,4 +1,4 @@
-"""Which functions the commands reach: a static walk over names, from every stage and every command."""
+"""Which functions the commands reach: a static walk over names, from every stage, export and command."""
 
 import ast
 from functools import cache
@@ -7,7 +7,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 Place = tuple[str, str]
 """Module and top-level name."""
-DOORS = ("orient.cli.", "orient.pipeline.")
+DOORS = ("orient.cli.", "orient.pipeline.", "orient.export.")
 
 
 @cache
@@ -22,7 +22,7 @@ def all_names() -> frozenset[str]:
 
 @cache
 def reached_names() -> frozenset[str]:
-    """Dotted names of all functions, classes and constants that a command or the `compute` of a stage uses."""
+    """Dotted names that a command, the `compute` of a stage or the `make` of an export uses."""
     uses = _uses()
     waiting = [place for place in uses if _is_door(place)]
     seen: set[Place] = set()
@@ -36,7 +36,8 @@ def reached_names() -> frozenset[str]:
 
 def _is_door(place: Place) -> bool:
     module, name = place
-    return module.startswith(DOORS[0]) or (module.startswith(DOORS[1]) and name == "compute")
+    doors = ((DOORS[1], "compute"), (DOORS[2], "make"))
+    return module.startswith(DOORS[0]) or any(module.startswith(door) and name == entry for door, entry in doors)
 
 
 @cache
