@@ -23,11 +23,11 @@ from orient.store.gate import Gated, pass_gate, recover, require_writable, tidy
 from orient.store.new_file import make_file, new_name
 from orient.store.plain import event_rows
 from orient.store.preflight import Preflight, preflight
-from orient.store.rows import as_dicts, stored_rows
+from orient.store.rows import StoredTable, stored_tables
 from orient.store.runs import NewRun as NewRun
 from orient.store.runs import RunInfo as RunInfo
 from orient.store.stage_tables import EVENT_TABLE
-from orient.values import Event, Row, Scalar
+from orient.values import Columns, Event, Row, Scalar
 
 COMMIT_PATIENCE_S = 60.0
 
@@ -108,11 +108,23 @@ class Project:
 
     def read_tables(self, run_id: int) -> dict[str, list[dict[str, Scalar]]]:
         """Rows of a run by table and column, without `run_id`, in the order of the primary key; no empty tables."""
+        with self._tables(run_id) as tables:
+            return {name: rows for name, table in tables.items() if (rows := table.dicts())}
+
+    def read_columns(self, run_id: int) -> dict[str, Columns]:
+        """As `read_tables`, by column: less memory, and faster to compute with."""
+        with self._tables(run_id) as tables:
+            return {name: rows for name, table in tables.items() if (rows := table.columns())}
+
+    @contextmanager
+    def _tables(self, run_id: int) -> Iterator[dict[str, StoredTable]]:
+        """The tables of a run but its events."""
         with self.snapshot() as connection:
             stage = connection.exec_driver_sql("SELECT stage FROM main.stage_run WHERE run_id = ?", (run_id,)).scalar()
             if stage is None:
                 raise UsageError(f"there is no run {run_id}.")
-            return as_dicts(stored_rows(connection, run_id, str(stage), self._form), self._form)
+            tables = stored_tables(connection, run_id, str(stage), self._form)
+            yield {name: table for name, table in tables.items() if name != EVENT_TABLE}
 
     def events(self, run_id: int) -> list[Event]:
         with self.snapshot() as connection:

@@ -151,14 +151,16 @@ def test_unknown_runs_say_what_exists(full: Path) -> None:
 
 def test_what_is_read_back_must_be_what_was_meant(full: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def corrupted(*arguments: object) -> object:
-        rows = stored(*arguments)  # type: ignore[arg-type]
-        rows["map_sheet"] = [("other", *row[1:]) for row in rows["map_sheet"]]
-        return rows
+        tables = stored(*arguments)  # type: ignore[arg-type]
+        table = tables["map_sheet"]
+        altered = [[("other", *row[1:]) for row in rows] for rows in table.chunks()]
+        monkeypatch.setattr(type(table), "chunks", lambda self: iter(altered) if self == table else ())
+        return {"map_sheet": table}
 
-    stored = ledger.stored_rows
+    stored = ledger.stored_tables
     with open_project(full, "write") as project:
         new = new_run(project, "sheet")
-        monkeypatch.setattr(ledger, "stored_rows", corrupted)
+        monkeypatch.setattr(ledger, "stored_tables", corrupted)
         with pytest.raises(StorageError, match="read back"):
             project.append(new)
         monkeypatch.undo()
