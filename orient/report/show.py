@@ -6,7 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from orient.errors import UsageError
-from orient.pipeline.registry import ALL_STAGES, BY_NAME, EVIDENCE
+from orient.pipeline.registry import ALL_STAGES, BY_NAME, EVIDENCE, FINAL_STAGES
 from orient.report.absolute import absolute_lines, absolute_tables, absolute_zones
 from orient.report.budget import budget_lines, budget_tables
 from orient.report.covariance import covariance_lines, covariance_tables
@@ -24,10 +24,11 @@ TEXT_HEADERS = ("reading", "point", "action", "by", "reason", "")
 
 
 def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bool:
-    """Print one version of a stage; False if that version failed and is no result."""
-    if stage not in (*ALL_STAGES, EVIDENCE):
+    """Print one version of a stage, or of the orientation; False if that version failed and is no result."""
+    if stage not in ("", *ALL_STAGES, EVIDENCE):
         raise UsageError(f'there is no stage "{stage}"', f"Stages are {', '.join((*ALL_STAGES, EVIDENCE))}.")
     with open_project(path, "read") as project, project.snapshot():
+        stage = stage or _final_stage(project)
         run = project.run(stage, version) if version else project.heads().get(stage) or _last(project, stage)
         if run is None:
             raise UsageError(f"{stage} has no current version", _remedy(stage, path))
@@ -44,6 +45,12 @@ def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bo
     print_findings(findings(run.stage, events))
     _print_numbers(stage, tables)
     return run.status == "succeeded"
+
+
+def _final_stage(project: Project) -> str:
+    """The stage that holds the orientation of this project; the first of them while there is none."""
+    heads = project.heads()
+    return next((stage for stage in FINAL_STAGES if stage in heads), FINAL_STAGES[0])
 
 
 def _print_numbers(stage: str, tables: Tables) -> None:

@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from orient.errors import OrientError, ProjectError, UsageError
+from orient.models import SCHEMA_VERSION
 from orient.store.check import check_project
 from orient.store.errors import NeedsRecovery
 from orient.store.project import open_project
@@ -100,7 +101,7 @@ REFUSED: dict[str, tuple[Damage, str]] = {
     "D3 image": (lambda path: path.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(200)), "not an orient project"),
     "D4 other program": (patch(68, bytes.fromhex("47504b47")), "another program.*GeoPackage"),
     "D4 plain SQLite": (patch(68, bytes(4)), "belongs to another program"),
-    "D5 newer": (patch(60, (7).to_bytes(4, "big")), "newer orient .format 7, this one knows 2"),
+    "D5 newer": (patch(60, (7).to_bytes(4, "big")), f"newer orient .format 7, this one knows {SCHEMA_VERSION}"),
     "D7 zero": (patch(60, bytes(4)), "unknown format"),
     "D7 negative": (patch(60, b"\xff\xff\xff\xfe"), "unknown format"),
     "D8 no revision": (unguarded("DELETE FROM alembic_version"), "upgrade was not finished"),
