@@ -10,13 +10,13 @@ from orient.pipeline.camera import unit_of
 from orient.pipeline.exclusions import hand_row, numbered, robust_row, snooping_events, snooping_row
 from orient.pipeline.resection_blunders import Chosen, Task, Tested
 from orient.pipeline.resection_rows import ROTATIONS, STATION
-from orient.pipeline.tables import Array, or_none
-from orient.pipeline.test_rows import adjustment_row, point_rows, verdict
+from orient.pipeline.tables import Array, joined, nullable
+from orient.pipeline.test_rows import adjustment_row, point_rows, verdicts
 from orient.solvers.critical_values import ALPHA0, chance
 from orient.solvers.reliability import BlockTests, block_statistic, most_correlated
 from orient.solvers.resection_reliability import IMAGE, far_apart, largest_ground_shift
 from orient.units import DEGREES_PER_RADIAN, listed
-from orient.values import Event, Row, Scalar, Tables
+from orient.values import Columns, Event, Row, Scalar, Tables
 
 AXES = (("image", "x", "mm"), ("image", "y", "mm"), ("ground", "X", "m"), ("ground", "Y", "m"), ("ground", "Z", "m"))
 OBSERVATIONS = [f"{kind} {axis}" for kind, axis, _ in AXES]
@@ -25,6 +25,7 @@ MOST_EFFECTS = 1000
 """Observations, the most suspicious or most harmful first, whose correlations and effects are stored; all of small
 photos, while the cost stays linear for large ones."""
 NAMED = 10
+NAMES = ("kind", "part", "point", "axis", "unit")
 Observation = tuple[int, int, int]
 
 
@@ -49,11 +50,12 @@ def test_tables(task: Task, chosen: Chosen) -> tuple[Tables, list[Event]]:
     found = tested.solved.found
     names = tested.solved.control.points
     tables["adjustment_test"] = [adjustment_row("", "", found.vPv, found.redundancy, task.sigma0, tested.limits)]
-    tables["observation_test"] = _observation_rows(task, tested)
+    observed = _observation_rows(task, tested)
+    tables["observation_test"] = observed
     T, freedom = block_statistic(tested.reliability.tests[0], IMAGE, tested.limits)
     tables["point_test"] = point_rows("", names, T, freedom, found.redundancy, tested.limits)
     tables["external_reliability"] = _effect_rows(task, tested)
-    return tables, [*events, *_unchecked(tables["observation_test"])]
+    return tables, [*events, *_unchecked(observed)]
 
 
 def _surprise(chosen: Chosen) -> float:
@@ -89,32 +91,38 @@ def _robust_event(task: Task, chosen: Chosen) -> Event:
     return Event("warning", "robust", ", ".join(names[:NAMED]), message, float(len(names)))
 
 
-def _observation_rows(task: Task, tested: Tested) -> list[Row]:
+def _observation_rows(task: Task, tested: Tested) -> Columns:
     tests, shifts = tested.reliability.tests, _shifts(task, tested)
     correlated = _correlations(tested)
-    rows: list[Row] = []
-    for group, test in enumerate(tests):
-        values = _residuals(task, tested, group)
-        for block, k in np.argwhere(np.isfinite(test.share)):
-            near = correlated.get((group, int(block), int(k)), (None, None))
-            where = int(shifts[group].point[block, k])
-            rows.append(
-                {
-                    **_name(task, tested, group, int(block), int(k)),
-                    "v": float(values[block, k]),
-                    "redundancy_number": float(test.redundancy[block, k]),
-                    "share": float(test.share[block, k]),
-                    "w": or_none(test.w[block, k]),
-                    "smallest_error": or_none(test.mdb[block, k]),
-                    "bias_to_noise": or_none(test.bias_to_noise[block, k]),
-                    "ground_shift_m": or_none(shifts[group].metres[block, k]),
-                    "ground_shift_point": None if where < 0 else tested.solved.control.points[where],
-                    "rho": near[0],
-                    "rho_with": near[1],
-                    "verdict": verdict(float(test.w[block, k]), float(test.share[block, k]), tested.limits),
-                }
-            )
-    return rows
+    parts = []
+    for group, (test, shift) in enumerate(zip(tests, shifts, strict=True)):
+        place = np.nonzero(np.isfinite(test.share))
+        at = list(zip(*(index.tolist() for index in place), strict=True))
+        near = [correlated.get((group, block, k), (None, None)) for block, k in at]
+        points = [tested.solved.control.points[i] if i >= 0 else None for i in shift.point[place].tolist()]
+        parts.append(
+            {
+                **_names(task, tested, group, at),
+                "v": _residuals(task, tested, group)[place],
+                "redundancy_number": test.redundancy[place],
+                "share": test.share[place],
+                "w": nullable(test.w[place]),
+                "smallest_error": nullable(test.mdb[place]),
+                "bias_to_noise": nullable(test.bias_to_noise[place]),
+                "ground_shift_m": nullable(shift.metres[place]),
+                "ground_shift_point": points,
+                "rho": [rho for rho, _ in near],
+                "rho_with": [other for _, other in near],
+                "verdict": verdicts(test.w[place], test.share[place], tested.limits),
+            }
+        )
+    return joined(parts)
+
+
+def _names(task: Task, tested: Tested, group: int, at: Sequence[tuple[int, int]]) -> dict[str, list[Scalar]]:
+    """`_name` of the observations of a group, by column."""
+    rows = [_name(task, tested, group, block, k) for block, k in at]
+    return {name: [row[name] for row in rows] for name in NAMES}
 
 
 def _name(task: Task, tested: Tested, group: int, block: int, k: int) -> dict[str, Scalar]:
@@ -185,12 +193,14 @@ def _other(tested: Tested, group: int, block: int, k: int) -> str:
 
 def _largest(values: Sequence[Array], most: int) -> list[Observation]:
     """Places of the largest finite values of all groups."""
-    places = [
-        (float(value[block, k]), (group, int(block), int(k)))
-        for group, value in enumerate(values)
-        for block, k in np.argwhere(np.isfinite(value))
-    ]
-    return [place for _, place in sorted(places, key=lambda pair: -pair[0])[:most]]
+    sizes = np.concatenate([np.ravel(value) for value in values])
+    order = np.argsort(-np.where(np.isfinite(sizes), sizes, -np.inf), kind="stable")[:most]
+    firsts = np.cumsum([0, *(value.size for value in values)])
+    found = []
+    for place in order[np.isfinite(sizes[order])].tolist():
+        group = int(np.searchsorted(firsts, place, side="right")) - 1
+        found.append((group, *divmod(place - int(firsts[group]), values[group].shape[1])))
+    return found
 
 
 def _effect_rows(task: Task, tested: Tested) -> list[Row]:
@@ -221,12 +231,15 @@ def _unknowns(tested: Tested) -> list[tuple[str, str]]:
     return [(name, "deg") for name in ROTATIONS] + [(name, "m") for name in STATION] + of_camera
 
 
-def _unchecked(rows: Sequence[Row]) -> list[Event]:
+def _unchecked(tests: Columns) -> list[Event]:
     """One remark on the readings that the others hardly check or do not check at all."""
     events = []
+    told = [tests.by_name[name] for name in ("kind", "verdict", "point")]
     for word, code in (("not checked", "not_checked"), ("hardly checked", "hardly_checked")):
         points = list(
-            dict.fromkeys(str(row["point"]) for row in rows if row["kind"] == "image" and row["verdict"] == word)
+            dict.fromkeys(
+                point for kind, verdict, point in zip(*told, strict=True) if (kind, verdict) == ("image", word)
+            )
         )
         if points:
             what = "a gross error in them does not show" if code == "not_checked" else "r < 0.1"
