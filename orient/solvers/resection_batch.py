@@ -24,11 +24,15 @@ Sums = Callable[[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray], Fl
 
 POINTS_AT_ONCE = 6144
 """Points whose products stay in the processor's cache."""
+PHOTOS_AT_ONCE = 4096
+"""Photos of a block when the kernel is compiled and holds no products."""
 COMPILED_FROM = 100_000
 """Points of all photos together from which a compiled kernel is worth its loading."""
 LAST_STEP = 1e-4
 """In standard deviations: the iteration of a photo ends with a smaller step."""
 STARTS_TRIED = 6
+CROSS = np.array([cross_matrix(axis).ravel() for axis in np.eye(3)])
+"""[r]x = r CROSS, row by row."""
 N_SUMS = 25
 
 
@@ -121,7 +125,7 @@ def _by_blocks(
     sums: Sums,
 ) -> BatchResection:
     result = _empty(len(image))
-    photos = max(POINTS_AT_ONCE // image.shape[1], 1)
+    photos = max(POINTS_AT_ONCE // image.shape[1], 1) if sums is photo_sums else PHOTOS_AT_ONCE
     for begin in range(0, len(image), photos):
         at = slice(begin, begin + photos)
         _put(result, at, _block(image[at], ground[at], f[at], rotation[at], station[at], max_iterations, sums))
@@ -151,11 +155,12 @@ def _block(
             distance = np.linalg.norm(S, axis=1)
             found = sums(scaled, relative, R, S, distance)
             L = _cholesky(_normal_matrix(found))
-            step = _solved(L, _right_sides(found))
+            y = _forward(L, _right_sides(found))
+            step = _backward(L, y)
             running &= finite
             _apply(R, S, step, distance, running)
             count[running] = number
-            size = np.sum(np.square(_forward(L, _right_sides(found))), axis=0) * redundancy / found[24]
+            size = np.sum(np.square(y), axis=0) * redundancy / found[24]
             finite &= np.isfinite(size)
             running &= ~(size < LAST_STEP**2)
             if not (running & finite).any():
@@ -179,13 +184,8 @@ def _turns(r: FloatArray) -> FloatArray:
     angle = np.linalg.norm(r, axis=1)[:, None, None]
     a = np.sinc(angle / np.pi)
     b = 0.5 * np.sinc(angle / (2 * np.pi)) ** 2
-    K = cross_matrices(r)
+    K = (r @ CROSS).reshape(-1, 3, 3)
     return np.asarray(np.eye(3) + a * K + b * K @ K)
-
-
-def cross_matrices(r: FloatArray) -> FloatArray:
-    """[r]x (p, 3, 3)."""
-    return np.einsum("pk,kij->pij", r, np.array([cross_matrix(axis) for axis in np.eye(3)]))
 
 
 def _in_ground(inverse: FloatArray, R: FloatArray, distance: FloatArray) -> FloatArray:
@@ -238,7 +238,7 @@ def _part_sums(
         uv * ex + pv * ey, pu * ex + uv * ey, v * ex - u * ey, w * ex, w * ey, wu * ex + wv * ey,
         np.ones_like(u), ex * ex + ey * ey,
     )  # fmt: skip
-    return np.array([product.sum(axis=1) for product in products])
+    return np.array(products) @ np.ones(image.shape[1])
 
 
 def _normal_matrix(m: FloatArray) -> FloatArray:
@@ -275,11 +275,10 @@ def _forward(L: FloatArray, b: FloatArray) -> FloatArray:
     return x
 
 
-def _solved(L: FloatArray, b: FloatArray) -> FloatArray:
-    """(L L')^-1 b (6, p)."""
-    y = _forward(L, b)
-    x = np.empty_like(b)
-    for i in range(len(b) - 1, -1, -1):
+def _backward(L: FloatArray, y: FloatArray) -> FloatArray:
+    """L'^-1 y."""
+    x = np.empty_like(y)
+    for i in range(len(y) - 1, -1, -1):
         x[i] = (y[i] - np.sum(L[i + 1 :, i] * x[i + 1 :], axis=0)) / L[i, i]
     return x
 

@@ -5,6 +5,7 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from json.encoder import encode_basestring_ascii
 from typing import Protocol
 
 from orient.store.format import current_format
@@ -101,7 +102,10 @@ def _tokens(values: Sequence[Scalar]) -> tuple[str, Iterable[str]]:
         return '"f:%s"', [(value + 0.0).hex() for value in values]  # type: ignore[operator]
     if float in kinds:
         return "%s", [f'"f:{(value + 0.0).hex()}"' if type(value) is float else canonical(value) for value in values]
-    words = {word: canonical(word) for word in set(values)}
+    if kinds == {str}:
+        words = {word: encode_basestring_ascii(f"s:{word}") for word in set(values)}
+    else:
+        words = {word: canonical(word) for word in set(values)}
     return "%s", [words[word] for word in values]
 
 
