@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orient.geometry.rotation import cross_matrix
+from orient.solvers.lean_resection import LeanResection, lean_resection
 from orient.solvers.start_values import start_candidates
 
 FloatArray = NDArray[np.float64]
@@ -24,11 +25,12 @@ Sums = Callable[[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray], Fl
 
 POINTS_AT_ONCE = 6144
 """Points whose products stay in the processor's cache."""
+FEW_PHOTOS = 4
 PHOTOS_AT_ONCE = 4096
 """Photos of a block when the kernel is compiled and holds no products."""
 COMPILED_FROM = 100_000
 """Points of all photos together from which a compiled kernel is worth its loading."""
-LAST_STEP = 1e-4
+LAST_STEP = 1e-5
 """In standard deviations: the iteration of a photo ends with a smaller step."""
 STARTS_TRIED = 6
 CROSS = np.array([cross_matrix(axis).ravel() for axis in np.eye(3)])
@@ -125,11 +127,23 @@ def _by_blocks(
     sums: Sums,
 ) -> BatchResection:
     result = _empty(len(image))
+    if len(image) <= FEW_PHOTOS and sums is photo_sums:
+        for p in range(len(image)):
+            lean = lean_resection(image[p], ground[p], float(f[p]), rotation[p], station[p], None, max_iterations)
+            _put(result, slice(p, p + 1), _as_batch(lean))
+        return result
     photos = max(POINTS_AT_ONCE // image.shape[1], 1) if sums is photo_sums else PHOTOS_AT_ONCE
     for begin in range(0, len(image), photos):
         at = slice(begin, begin + photos)
         _put(result, at, _block(image[at], ground[at], f[at], rotation[at], station[at], max_iterations, sums))
     return result
+
+
+def _as_batch(lean: LeanResection) -> BatchResection:
+    numbers, converged = np.array([lean.iterations]), np.array([lean.converged])
+    return BatchResection(
+        lean.rotation[None], lean.station[None], lean.Q[None], np.array([lean.vPv]), numbers, converged
+    )
 
 
 def _block(

@@ -11,7 +11,7 @@ from sqlalchemy import Connection
 from sqlalchemy.exc import DBAPIError
 
 from orient.errors import UsageError
-from orient.store import ledger, runs, verify
+from orient.store import runs
 from orient.store.asking import Answer, ask
 from orient.store.connection import Mode
 from orient.store.digest import input_digest as input_digest
@@ -132,12 +132,16 @@ class Project:
 
     def digest_problems(self, run_id: int) -> list[str]:
         """What does not fit in the digests, the count and the ledger entry of one run; empty if all is as sealed."""
+        from orient.store import verify
+
         with self.snapshot() as connection:
             seal = connection.exec_driver_sql(f"{verify.SEALS} WHERE run_id = ?", (run_id,)).one()
             return verify.run_problems(connection, self._form, tuple(seal))
 
     def ledger_problems(self) -> list[str]:
         """Runs without a seal, gaps in the numbers, rows of a strange stage, altered selections."""
+        from orient.store import verify
+
         with self.snapshot() as connection:
             looks = (verify.unsealed_runs, verify.broken_sequences, verify.strange_rows, verify.broken_selections)
             return [problem for look in looks for problem in look(connection)]
@@ -166,6 +170,8 @@ class Project:
     def append_all(self, new: Sequence[NewRun]) -> list[RunInfo]:
         """Store several runs in one transaction, all or none. Their expected heads are those before the first."""
 
+        from orient.store import ledger
+
         def work(connection: Connection) -> list[RunInfo]:
             for run in new:
                 ledger.check_heads(connection, run.expected_heads)
@@ -175,6 +181,8 @@ class Project:
 
     def select(self, stage: str, version: int, actor: str, reason: str) -> RunInfo:
         """Make an existing result the current version of its stage."""
+        from orient.store import ledger
+
         run = self.run(stage, version)
         if run.status != "succeeded":
             raise UsageError(f"{stage} version {version} failed, it cannot be selected.", run.error)
@@ -266,9 +274,9 @@ def create_project(path: str | os.PathLike[str], fill: Callable[[Project], None]
     form = current_format()
 
     def write(temporary: Path) -> None:
-        from orient.store.creation import fill_empty_file
+        from orient.store.template import write_empty_project
 
-        fill_empty_file(temporary, form.version, form.application_id)
+        write_empty_project(temporary, form)
         if fill is not None:
             with Project(preflight(temporary, form), "write", form) as project:
                 fill(project)
