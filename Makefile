@@ -46,8 +46,9 @@ docs: $(STAMP) ## write docs/cli.md and docs/schema.md from the code
 docs-check: $(STAMP) ## fail if the generated pages are not up to date
 	$(BIN)/python -m orient.cli.reference docs --check
 
-bench: $(STAMP) ## start-up and run time as ratios
-	$(BIN)/python benchmarks/startup.py
+bench: $(STAMP) ## speed as ratios to other libraries (ten minutes): docs/performance.md and its figure
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable ".[fast,bench]"
+	$(BIN)/python -m benchmarks
 
 wheel: $(STAMP) ## build dist/orient-*.whl
 	$(BIN)/python -m build --wheel --outdir dist .

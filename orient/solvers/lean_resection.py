@@ -106,7 +106,7 @@ def _result(
     if problem.cofactor is None:
         return LeanResection(R, S, Q, vPv * problem.f**2, number, in_front)
     G, own = problem.point_cofactors(R, S, P)
-    G = G @ np.linalg.inv(turn)
+    G = -G @ np.linalg.inv(turn)  # d(r, S) in the ground's axes is minus the turned d(r, t)
     return LeanResection(R, S, Q, vPv * problem.f**2, number, in_front, P, G, own / problem.f**2)
 
 

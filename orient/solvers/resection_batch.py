@@ -33,6 +33,7 @@ COMPILED_FROM = 100_000
 LAST_STEP = 1e-5
 """In standard deviations: the iteration of a photo ends with a smaller step."""
 STARTS_TRIED = 6
+MISFIT = 0.01
 CROSS = np.array([cross_matrix(axis).ravel() for axis in np.eye(3)])
 """[r]x = r CROSS, row by row."""
 N_SUMS = 25
@@ -67,18 +68,19 @@ def resection_batch(
     """x = -f xs/zs, y = -f ys/zs, (xs, ys, zs) = R'(P - S), v'v -> min for each of p photos of n points.
 
     `image` (p, n, 2) [mm], refined; `ground` (p, n, 3) [m], right-handed, without errors; `f_mm` one or (p,).
-    `rotation` (p, 3, 3), `station` (p, 3): rough values; without them, and where they lead nowhere, the starts of
-    `start_candidates` are tried. One photo with very many points is a batch too. Covariance = v'v/(2n - 6) Q.
+    `rotation` (p, 3, 3), `station` (p, 3): rough values; without them each photo begins as a vertical one. Where a
+    start leads nowhere, or a vertical one to a bad fit, those of `start_candidates` are tried. One photo with very
+    many points is a batch too. Covariance = v'v/(2n - 6) Q.
     `compiled`: sums by numba (extra `orient[fast]`), by default where it is installed and there are enough points;
     the results agree to 1e-9. Source: seed 004, equations (3)-(5) with fixed control.
     """
     f = np.broadcast_to(np.asarray(f_mm, dtype=np.float64), (len(image),))
     sums = _sums_by(compiled, image.shape[0] * image.shape[1])
-    if rotation is None or station is None:
-        result = _empty(len(image))
-    else:
-        result = _by_blocks(image, ground, f, rotation, station, max_iterations, sums)
-    for place in np.flatnonzero(~result.converged).tolist():
+    is_rough = rotation is None or station is None
+    start = _vertical(image, ground, f) if rotation is None or station is None else (rotation, station)
+    result = _by_blocks(image, ground, f, *start, max_iterations, sums)
+    doubtful = ~result.converged | (_misfits(result, image) if is_rough else False)
+    for place in np.flatnonzero(doubtful).tolist():
         at = slice(place, place + 1)
         _retry(result, at, image[at], ground[at], f[at], max_iterations, sums)
     return result
@@ -90,6 +92,26 @@ def _empty(p: int) -> BatchResection:
 
     counts = np.zeros(p, dtype=np.int64)
     return BatchResection(nothing(3, 3), nothing(3), nothing(6, 6), nothing(), counts, counts > 0)
+
+
+def _vertical(image: FloatArray, ground: FloatArray, f: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """R, S of vertical photos: the similarity of image and plan, x + i y = a (X + i Y - X_S - i Y_S), H = f / |a|."""
+    q, g = image[:, :, 0] + 1j * image[:, :, 1], ground[:, :, 0] + 1j * ground[:, :, 1]
+    q_mean, g_mean = q.mean(axis=1), g.mean(axis=1)
+    about = g - g_mean[:, None]
+    with np.errstate(all="ignore"):
+        a = np.sum(about.conj() * (q - q_mean[:, None]), axis=1) / np.sum(np.abs(about) ** 2, axis=1)
+        plan, scale = g_mean - q_mean / a, np.abs(a)
+    c, s = a.real / scale, -a.imag / scale
+    zero, one = np.zeros_like(c), np.ones_like(c)
+    R = np.stack([np.stack([c, s, zero]), np.stack([-s, c, zero]), np.stack([zero, zero, one])]).transpose(2, 1, 0)
+    return R, np.stack([plan.real, plan.imag, ground[:, :, 2].mean(axis=1) + f / scale], axis=1)
+
+
+def _misfits(result: BatchResection, image: FloatArray) -> BoolArray:
+    """Photos whose residuals are more than a hundredth of the spread of their image points: another end may fit."""
+    spread = np.sum(np.square(image - image.mean(axis=1, keepdims=True)), axis=(1, 2))
+    return np.asarray(~(result.vPv < MISFIT**2 * spread))
 
 
 def _retry(

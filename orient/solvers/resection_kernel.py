@@ -1,7 +1,7 @@
 """The sums of `resection_batch`, compiled by numba (extra `orient[fast]`)."""
 
 import numpy as np
-from numba import njit  # type: ignore[import-not-found, import-untyped, unused-ignore]
+from numba import njit
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
