@@ -25,8 +25,8 @@ demo: $(STAMP) ## orient a real space photograph, Apollo 15 from lunar orbit
 test: $(STAMP) ## all tests but the slow ones
 	$(BIN)/python -m pytest -n 2 -m "not slow"
 
-test-slow: $(STAMP) ## long simulations and fault loops
-	$(BIN)/python -m pytest -n 2 -m slow
+test-slow: $(STAMP) ## long simulations and fault loops; prints the table of promises
+	$(BIN)/python -m pytest -n 2 -m "slow or promise" --promises build/promises.md
 
 lint: $(STAMP) ## ruff
 	$(BIN)/ruff check . && $(BIN)/ruff format --check .
@@ -40,7 +40,7 @@ floors: $(STAMP) ## import contracts
 schema: $(STAMP) ## write 0003_evidence.sql and schema.json from models.py, guards.sql, views.sql
 	$(BIN)/python -m orient.store.schema_files
 
-docs: $(STAMP) ## write docs/cli.md and docs/schema.md from the code
+docs: $(STAMP) ## write docs/cli.md, docs/schema.md, docs/summary.md from the code
 	$(BIN)/python -m orient.cli.reference docs
 
 docs-check: $(STAMP) ## fail if the generated pages are not up to date

@@ -13,6 +13,8 @@ class OrientError(Exception):
         super().__init__(message)
         self.message = message
         self.hint = hint
+        if hint:
+            self.add_note(hint)  # shown below the message in a notebook
 
 
 class UsageError(OrientError):

@@ -14,6 +14,7 @@ from sqlalchemy import (
     ForeignKey,
     Index,
     Integer,
+    LargeBinary,
     MetaData,
     UniqueConstraint,
 )
@@ -22,6 +23,7 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 SCHEMA_VERSION = 3
 APPLICATION_ID = 0x4F524E54
 REAL_LIMIT = "1e15"
+IMAGE_PART_BYTES = 2**20
 
 NAMES = {
     "pk": "pk_%(table_name)s",
@@ -1087,7 +1089,7 @@ class AdjustmentTest(Base):
         one_of("verdict", "accepted", "too large", "too small", "no redundancy"),
     )
     run_id: Mapped[int] = run_id()
-    part: Mapped[str] = text("empty, or the sheet", primary_key=True)
+    part: Mapped[str] = text("empty, or the sheet, or the zone", primary_key=True)
     component: Mapped[str] = text("empty, or N or E where they are adjusted apart", primary_key=True)
     redundancy: Mapped[int] = whole("r")
     sigma0_known: Mapped[float | None] = real("sigma0 a priori, unit of the observations; NULL = not known")
@@ -1109,21 +1111,22 @@ class ObservationTest(Base):
 
     __tablename__ = "observation_test"
     __table_args__ = (
-        one_of("kind", "image", "ground", "coefficient", "known", "cross"),
+        one_of("kind", "image", "ground", "coefficient", "known", "cross", "model"),
         one_of("verdict", "good", "suspect", "hardly checked", "not checked"),
     )
     run_id: Mapped[int] = run_id()
     kind: Mapped[str] = text(
-        "image | ground: given control | coefficient: of a sheet | known: of camera, station, angles | cross",
+        "image | ground: given control | coefficient: of a sheet | known: of camera, station, angles | cross | model",
         primary_key=True,
     )
-    part: Mapped[str] = text("sheet of a coefficient or cross, else empty", primary_key=True)
+    part: Mapped[str] = text("sheet of a coefficient or cross, zone of a model, else empty", primary_key=True)
     point: Mapped[str] = text("point or cross; empty for a coefficient", primary_key=True)
     axis: Mapped[str] = text(
-        "x y of the image, X Y Z of the ground, N E of a cross, name of the coefficient or of what is known",
+        "x y of the image, X Y Z of the ground, N E of a cross, x y z of the model, name of the coefficient or of what "
+        "is known",
         primary_key=True,
     )
-    unit: Mapped[str] = text("mm | m | deg | rad, or as in camera_element: unit of v and smallest_error")
+    unit: Mapped[str] = text("mm | m | deg | rad | model, or as in camera_element: unit of v and smallest_error")
     v: Mapped[float] = real("residual, adjusted minus observed")
     redundancy_number: Mapped[float] = real("r_i, diagonal of Q_v P; all r_i sum to the redundancy")
     share: Mapped[float] = real("(P Q_v P)_ii / P_ii: share of an error that the others see, 0 ... 1")
@@ -1131,7 +1134,7 @@ class ObservationTest(Base):
     smallest_error: Mapped[float | None] = real("MDB: error that the test finds with power 0.80; NULL: none is found")
     bias_to_noise: Mapped[float | None] = real("effect of smallest_error on the unknowns, in units of their precision")
     ground_shift_m: Mapped[float | None] = real(
-        "largest shift of a ground point of the photo (sheet) by smallest_error"
+        "largest shift of a ground point of the photo (sheet, zone) by smallest_error"
     )
     ground_shift_point: Mapped[str | None] = text("the point that shifts most")
     rho: Mapped[float | None] = real(
@@ -1146,7 +1149,7 @@ class PointTest(Base):
 
     __tablename__ = "point_test"
     run_id: Mapped[int] = run_id()
-    part: Mapped[str] = text("sheet of a cross, else empty", primary_key=True)
+    part: Mapped[str] = text("sheet of a cross, zone of a model, else empty", primary_key=True)
     point: Mapped[str] = text("point or cross", primary_key=True)
     statistic: Mapped[float | None] = real("(Pv)'(P Q_v P)^-1 (Pv) / sigma0^2; NULL when nothing checks it")
     freedom: Mapped[int] = whole("degrees of freedom")
@@ -1157,16 +1160,18 @@ class ExternalReliability(Base):
     """What an error of `smallest_error` in an observation, not found, does to the elements: Q A'P e_i times it."""
 
     __tablename__ = "external_reliability"
-    __table_args__ = (one_of("kind", "image", "ground", "coefficient", "known"),)
+    __table_args__ = (one_of("kind", "image", "ground", "coefficient", "known", "model"),)
     run_id: Mapped[int] = run_id()
-    kind: Mapped[str] = text("image | ground | coefficient | known", primary_key=True)
-    part: Mapped[str] = text("sheet of a coefficient, else empty", primary_key=True)
+    kind: Mapped[str] = text("image | ground | coefficient | known | model", primary_key=True)
+    part: Mapped[str] = text("sheet of a coefficient, zone of a model, else empty", primary_key=True)
     point: Mapped[str] = text("point; empty for a coefficient", primary_key=True)
     axis: Mapped[str] = text("as observation_test", primary_key=True)
     unknown: Mapped[str] = text(
-        "rotation_1 rotation_2 rotation_3 X_S Y_S Z_S, f k1 ..., as in cofactor", primary_key=True
+        "rotation_1 rotation_2 rotation_3 X_S Y_S Z_S, f k1 ..., as in cofactor; of a model xi eta theta H "
+        "X_0 Y_0 Z_0, near their blind view r_X r_Y r_Z instead of the angles",
+        primary_key=True,
     )
-    unit: Mapped[str] = text("deg | m, or as in camera_element")
+    unit: Mapped[str] = text("deg | m | model/m, or as in camera_element")
     effect: Mapped[float] = real("change of the element")
 
 
@@ -1180,7 +1185,7 @@ class Exclusion(Base):
     )
     run_id: Mapped[int] = run_id()
     seq: Mapped[int] = whole("order of the decisions", primary_key=True)
-    part: Mapped[str] = text("sheet of a cross, else empty")
+    part: Mapped[str] = text("sheet of a cross, zone of a model, else empty")
     point: Mapped[str] = text("point or cross")
     decided_by: Mapped[str] = text("snooping | hand | robust")
     observation: Mapped[str | None] = text("the observation with the largest |w| or |tau|; NULL: not by a test")
@@ -1191,6 +1196,77 @@ class Exclusion(Base):
     critical: Mapped[float | None] = real("limit of the test")
     other: Mapped[str | None] = text("the point that it cannot be separated from")
     reason: Mapped[str] = text("why, in words")
+
+
+# ---------------------------------------------------------------------------------------------- image, seal
+
+
+class Image(Base):
+    """The image file of the photo: embedded in parts, or known by its digest only. The name is text, never a path."""
+
+    __tablename__ = "image"
+    __table_args__ = (
+        CheckConstraint("size_bytes > 0", name="size_bytes"),
+        CheckConstraint("length(sha256) = 64", name="sha256"),
+        CheckConstraint("n_parts >= 0", name="n_parts"),
+    )
+    run_id: Mapped[int] = run_id()
+    name: Mapped[str] = text("name that the file had, without its folder")
+    media_type: Mapped[str] = text("image/tiff, image/png, image/jpeg ...; by its first bytes")
+    size_bytes: Mapped[int] = whole("size of the file")
+    sha256: Mapped[str] = text("SHA-256 of the whole file")
+    width_px: Mapped[int | None] = whole("columns, as the file says; NULL if it does not say so simply")
+    height_px: Mapped[int | None] = whole("rows, as the file says")
+    n_parts: Mapped[int] = whole("parts in image_part; 0 = the file is not here, only its digest")
+
+
+class ImagePart(Base):
+    """The bytes of an embedded image file, in parts of 1 MiB; joined in order of seq they are the file."""
+
+    __tablename__ = "image_part"
+    __table_args__ = (
+        CheckConstraint(f"length(content) BETWEEN 1 AND {IMAGE_PART_BYTES}", name="content"),
+        CheckConstraint("seq >= 1", name="seq"),
+    )
+    run_id: Mapped[int] = run_id()
+    seq: Mapped[int] = whole("1, 2, ... n_parts", primary_key=True)
+    content: Mapped[bytes] = mapped_column(LargeBinary, comment="the bytes; digests go over their number and SHA-256")
+
+
+class SealedFile(Base):
+    """The manifest of a project that was sealed to be sent: what the file held at that moment."""
+
+    __tablename__ = "sealed_file"
+    __table_args__ = (one_of("image", "embedded", "referenced", "none"),)
+    run_id: Mapped[int] = run_id()
+    project: Mapped[str] = text("name of the project file that was sealed, without its folder")
+    format: Mapped[int] = whole("format of the file (user_version)")
+    n_runs: Mapped[int] = whole("runs before the manifest")
+    n_selections: Mapped[int] = whole("selections")
+    last_run_digest: Mapped[str] = text("record_digest of the newest run: end of the chain of runs")
+    last_selection_digest: Mapped[str] = text("record_digest of the newest selection: end of the chain of selections")
+    image: Mapped[str] = text("embedded | referenced: by digest only | none")
+    image_name: Mapped[str | None] = text("name of the image file")
+    image_size_bytes: Mapped[int | None] = whole("size of the image file")
+    image_sha256: Mapped[str | None] = text("SHA-256 of the image file")
+
+
+class SealedRun(Base):
+    """One run that the sealed file held."""
+
+    __tablename__ = "sealed_run"
+    run_id: Mapped[int] = run_id()
+    sealed_run_id: Mapped[int] = mapped_column(
+        ForeignKey("stage_run.run_id"), primary_key=True, comment="the run that is listed"
+    )
+    stage: Mapped[str] = text("stage")
+    version: Mapped[int] = whole("version within the stage")
+    is_current: Mapped[int] = whole("1 if it was the selected version")
+    is_stale: Mapped[int] = whole("1 if it was current and its inputs had changed")
+    status: Mapped[str] = text("succeeded | failed")
+    output_digest: Mapped[str] = text("sha256 over its rows, as sealed")
+    record_digest: Mapped[str] = text("sha256 over its ledger entry, as sealed")
+    tool_version: Mapped[str] = text("software that made it")
 
 
 # ---------------------------------------------------------------------------------------------- verify
@@ -1539,16 +1615,16 @@ class AbsoluteResidual(Base):
     """Residuals of control and check points: v = computed (from the observed model point) minus given, T' or local."""
 
     __tablename__ = "absolute_residual"
-    __table_args__ = (one_of("role", "control", "check"), one_of("known", "XYZ", "plan", "height"))
+    __table_args__ = (one_of("role", "control", "check", "excluded"), one_of("known", "XYZ", "plan", "height"))
     run_id: Mapped[int] = run_id()
     zone: Mapped[str] = text("zone", primary_key=True)
     point: Mapped[str] = text("point", primary_key=True)
-    role: Mapped[str] = text("control | check")
+    role: Mapped[str] = text("control | check | excluded")
     known: Mapped[str] = text("XYZ | plan | height: the given coordinates; the others are NULL")
     vX_m: Mapped[float | None] = real("computed minus given X")
     vY_m: Mapped[float | None] = real("computed minus given Y")
     vZ_m: Mapped[float | None] = real("computed minus given Z; of a height-only point along its own vertical")
-    v_ground_X_m: Mapped[float | None] = real("adjusted minus given ground coordinate; NULL for check")
+    v_ground_X_m: Mapped[float | None] = real("adjusted minus given ground coordinate; NULL for check and excluded")
     v_ground_Y_m: Mapped[float | None] = real("adjusted minus given")
     v_ground_Z_m: Mapped[float | None] = real("adjusted minus given")
     v_model_x: Mapped[float | None] = real("adjusted minus observed model x, model units; NULL for a check point")
@@ -1621,11 +1697,11 @@ class ModelGroundPoint(Base):
     """All model points on the ground, with the covariance of the elements and of their own model coordinates."""
 
     __tablename__ = "model_ground_point"
-    __table_args__ = (one_of("role", "control", "check", "free"), Index(None, "run_id", "point"))
+    __table_args__ = (one_of("role", "control", "check", "free", "excluded"), Index(None, "run_id", "point"))
     run_id: Mapped[int] = run_id()
     zone: Mapped[str] = text("zone", primary_key=True)
     point: Mapped[str] = text("point", primary_key=True)
-    role: Mapped[str] = text("control | check | free: without given ground coordinates")
+    role: Mapped[str] = text("control | check | free: without given ground coordinates | excluded: left out")
     X_m: Mapped[float] = real("T': grid north (local: X)")
     Y_m: Mapped[float] = real("T': grid east (local: Y)")
     Z_m: Mapped[float] = real("T': up (local: Z)")

@@ -1,8 +1,9 @@
 """What travels between the floors: rows, events, outcomes. Imports nothing of orient."""
 
-from collections.abc import Iterator, Mapping, Sequence
+import hashlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, overload
+from typing import Any, Literal, Self, overload
 
 Scalar = str | int | float | None
 Row = Mapping[str, Scalar]
@@ -54,6 +55,21 @@ def as_list(values: Any) -> Sequence[Scalar]:
 
 
 Severity = Literal["info", "warning", "error"]
+
+
+class Blob(str):
+    """Bytes of a row, told by their number and SHA-256: "5 bytes, sha256 2cf24d...". Digests go over this text.
+
+    `read` fetches the bytes when the row is stored, so that an image need not fit into memory; None for a stored row.
+    """
+
+    __slots__ = ("read",)
+    read: Callable[[], bytes] | None
+
+    def __new__(cls, content: bytes, read: Callable[[], bytes] | None = None) -> Self:
+        blob = super().__new__(cls, f"{len(content)} bytes, sha256 {hashlib.sha256(content).hexdigest()}")
+        blob.read = read
+        return blob
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,15 +2,17 @@
 
 import errno
 import os
+import re
 import signal
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from types import FrameType
 
 import typer
 from typer.models import CommandInfo
 
-from orient.cli import inputs, ledger, plan, plot, questions, stages, verify
+from orient.cli import audit, batch, export, inputs, ledger, plan, plot, questions, seal, stages, verify
 from orient.errors import OrientError
 
 OUR_FAULT = 70
@@ -51,7 +53,7 @@ def _options(
     """Options of orient itself."""
 
 
-for group in (inputs, stages, ledger, verify, questions, plan, plot):
+for group in (inputs, stages, batch, ledger, verify, seal, questions, audit, plan, plot, export):
     group.register(app)
 
 
@@ -74,8 +76,9 @@ def _stop(number: int, frame: FrameType | None) -> None:
 
 
 def _no_more_signals() -> None:
+    """Not SIG_IGN: Python would complain about a second signal that has arrived and is not yet handled."""
     for number in STOP_SIGNALS:
-        signal.signal(number, signal.SIG_IGN)
+        signal.signal(number, lambda number, frame: None)
 
 
 def run() -> None:
@@ -118,15 +121,28 @@ def _exit_code(command: Callable[[], object]) -> int:
             return _our_fault(error)
         _say(f"the output cannot be written: {error.strerror}", "Give it another place.")
         return 1
-    except MemoryError:
-        _say("not enough memory for this project", "Give fewer points, or a machine with more memory.")
-        return 1
+    except MemoryError as error:
+        return _say_no_memory(error)
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else int(end.code is not None)
     except Exception as error:
         # a library may have turned the stop into an error of its own
         return _say_stopped() if _stopped_by else _our_fault(error)
     return 0
+
+
+def _say_no_memory(error: MemoryError) -> int:
+    """With sizes: what was in use, and what more was asked for, which numpy says."""
+    sizes = []
+    with suppress(ImportError):  # Windows
+        import resource
+
+        sizes = [f"{resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB in use"]
+    if found := re.search(r"allocate ([\d.]+) (\w+)", str(error)):
+        sizes.append(f"{float(found[1]):g} {found[2]} more asked for")
+    told = f" ({', '.join(sizes)})" if sizes else ""
+    _say(f"not enough memory for this project{told}", "Give fewer points, or a machine with more memory.")
+    return 1
 
 
 def _say_stopped() -> int:

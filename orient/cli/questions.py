@@ -25,11 +25,18 @@ def sql(
     as_csv: Annotated[bool, typer.Option("--csv", help="Answer as CSV, with all digits.")] = False,
     raw: Annotated[bool, typer.Option("--raw", help="CSV without the guard against formulas in text cells.")] = False,
     as_json: AsJson = False,
+    sets: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="NAME=VALUE", help="What stands for :NAME, as text (numbers: CAST(:NAME AS REAL))."
+        ),
+    ] = None,
 ) -> None:
     """Ask the project file. It cannot be changed this way; tables and views are described in docs/schema.md."""
+    from orient.report.question import settings_of
     from orient.report.questions import answer, list_questions
 
     if as_list or not question:
         list_questions()
     else:
-        answer(project, question, as_csv, as_json, raw)
+        answer(project, question, as_csv, as_json, raw, settings_of([valid_text(pair) for pair in sets or []]))

@@ -1,16 +1,24 @@
-"""Writes docs/cli.md and docs/schema.md from the code: `python -m orient.cli.reference FOLDER [--check]`."""
+"""Writes cli.md, schema.md, summary.md of docs from the code: `python -m orient.cli.reference FOLDER [--check]`."""
 
 import inspect
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from orient.store.stage_tables import LEDGER_TABLES, STAGE_TABLES, TEST_TABLES
 from orient.store.views import view_texts
 
+if TYPE_CHECKING:
+    from sqlalchemy import Column
+
 MADE = "<!-- Made from the code by `make docs`; do not edit. -->\n\n"
 HELP_WIDTH = "100"
+SUMMARY_INTRO = """`orient batch` writes these tables (batch.md). View `orient_latest` has the columns of
+`orient_photo`, each photo once as the last batch that worked on it has left it. All names are lower case; angles in
+degrees, lengths in metres, image coordinates in millimetres. Numbers are those of the project, unchanged.
+"""
 
 
 def command_page() -> str:
@@ -64,12 +72,25 @@ def _tables() -> Iterator[str]:
     for group, tables in groups.items():
         yield f"\n### {group}\n"
         for name in tables:
-            about = inspect.cleandoc(classes[name].__doc__ or "")
-            yield f"#### {name}\n\n{about}\n\n| column | type | meaning |\n|---|---|---|"
-            for column in classes[name].__table__.columns:
-                kind = f"{column.type}{'' if column.nullable else ' NOT NULL'}{', key' if column.primary_key else ''}"
-                yield f"| `{column.name}` | {kind} | {_escaped(column.comment or '')} |"
-            yield ""
+            yield from _table(name, inspect.cleandoc(classes[name].__doc__ or ""), classes[name].__table__.columns)
+
+
+def summary_page() -> str:
+    """Every table of the summary of `orient batch`."""
+    from orient.batch.tables import METADATA
+
+    parts = ["# The summary of a batch\n\n" + MADE, SUMMARY_INTRO]
+    for name, table in METADATA.tables.items():
+        parts += _table(name, table.comment or "", table.columns)
+    return "\n".join(parts)
+
+
+def _table(name: str, about: str, columns: "Iterable[Column[object]]") -> Iterator[str]:
+    yield f"#### {name}\n\n{about}\n\n| column | type | meaning |\n|---|---|---|"
+    for column in columns:
+        kind = f"{column.type}{'' if column.nullable else ' NOT NULL'}{', key' if column.primary_key else ''}"
+        yield f"| `{column.name}` | {kind} | {_escaped(column.comment or '')} |"
+    yield ""
 
 
 def _row(name: str, text: str) -> str:
@@ -83,7 +104,8 @@ def _escaped(text: str) -> str:
 def main(arguments: list[str]) -> int:
     """0 if the pages are written or up to date."""
     folder, only_check = Path(arguments[0]), "--check" in arguments
-    pages = {folder / "cli.md": command_page(), folder / "schema.md": schema_page()}
+    makers = {"cli.md": command_page, "schema.md": schema_page, "summary.md": summary_page}
+    pages = {folder / name: make() for name, make in makers.items()}
     stale = [path for path, text in pages.items() if not path.exists() or path.read_text("utf-8") != text]
     if only_check:
         for path in stale:

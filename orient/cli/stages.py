@@ -9,23 +9,36 @@ from typer.models import OptionInfo
 
 from orient.cli.options import Again, ProjectPath, Reason, valid_text
 from orient.errors import UsageError
+from orient.pipeline.setting_values import (
+    CAMERA_ELEMENTS,
+    LARGEST_SIGMA,
+    LARGEST_TOLERANCE,
+    MAP_SIDES,
+    MOST_ITERATIONS,
+    SMALLEST_SIGMA,
+    WORDS,
+)
 from orient.units import NUMBER
 from orient.values import Settings
 
-CAMERA_ELEMENTS = ("f", "x0", "y0", "k1", "k2", "k3", "p1", "p2", "b1", "b2")
-
 
 def register(app: typer.Typer) -> None:
-    for command in (run, refine, digitize, bl, topocentric, resection, covariance, absolute):
-        app.command()(command)
+    app.command()(run)
+    for command in (refine, digitize, bl, topocentric, resection, covariance, absolute):
+        app.command(epilog=STICKY)(command)
 
 
-LARGEST_TOLERANCE = 1e-4
-SMALLEST_SIGMA, LARGEST_SIGMA = 1e-12, 1e8
+STICKY = (
+    "Settings hold for the next versions too. --defaults takes all of them back; single ones go back by the word "
+    "behind the slash (--keep, --plain), by none or auto. An older version is made current by: orient select."
+)
+
 
 Exclude = Annotated[
     str | None,
-    typer.Option("--exclude", metavar="P7,P9|none", help="Leave these out, none: take all again. Needs --reason."),
+    typer.Option(
+        "--exclude", metavar="P7,P9|none", help="Leave these out; needs --reason. none: take all points again."
+    ),
 ]
 Why = Annotated[str | None, typer.Option("--reason", help="Why they are left out; it is kept with each of them.")]
 Robust = Annotated[
@@ -37,13 +50,16 @@ Robust = Annotated[
 
 
 def _exclusion(exclude: str | None, reason: str | None) -> Settings:
-    """`none` takes all points again; a point is left out with a reason only."""
+    """`none` takes all points again, whoever left them out; a point is left out with a reason only.
+
+    What the same command says of --reject and --robust counts more: write it behind this.
+    """
     if exclude is None:
         if reason is not None:
             raise UsageError("--reason belongs to --exclude", "Say which points: --exclude P7,P9 --reason TEXT")
         return {}
     if exclude.strip() in ("", "none"):
-        return {"exclude": "", "exclude_reason": ""}
+        return {"exclude": "", "exclude_reason": "", "reject": False, "robust": False}
     if not (reason or "").strip():
         raise UsageError("say why the points are left out", '--exclude P7 --reason "wrong house"')
     return {"exclude": valid_text(exclude), "exclude_reason": valid_text(str(reason))}
@@ -113,37 +129,29 @@ AllowBallpark = Annotated[
 ]
 
 
-Engine = Annotated[str | None, _choice("--engine", ("zlatanov", "qr"), "Algorithm Z (normal equations), or QR.")]
+Engine = Annotated[str | None, _choice("--engine", WORDS["engine"], "Algorithm Z (normal equations), or QR.")]
 Degree = Annotated[
     str | None, typer.Option("--degree", metavar="1...5|auto", help="Degree of the polynomial; auto: chosen.")
 ]
-Choice = Annotated[
-    str | None, _choice("--choice", ("f-test", "leave-one-out"), "What chooses a degree that is not given.")
-]
+Choice = Annotated[str | None, _choice("--choice", WORDS["choice"], "What chooses a degree that is not given.")]
 Radius = Annotated[
-    str | None, _choice("--radius", ("exact", "polynomial"), "N exact, or by the paper's polynomial (Krasovsky only).")
+    str | None, _choice("--radius", WORDS["radius"], "N exact, or by the paper's polynomial (Krasovsky only).")
 ]
-Control = Annotated[
-    str | None, _choice("--control", ("auto", "fixed", "weighted"), "Errors of the control: as given, none, all.")
-]
+Control = Annotated[str | None, _choice("--control", WORDS["control"], "Errors of the control: as given, none, all.")]
 Correlation = Annotated[
     str | None,
-    _choice("--correlation", ("sheet", "point"), "Errors of a map sheet: common to its points, or each point apart."),
+    _choice("--correlation", WORDS["correlation"], "Errors of a map sheet: common to its points, or each point apart."),
 ]
 Interior = Annotated[
     str | None,
-    _choice("--interior", ("weighted", "fixed"), "Interior orientation: as sure as its fiducial marks, or known."),
+    _choice("--interior", WORDS["interior"], "Interior orientation: as sure as its fiducial marks, or known."),
 ]
 Test = Annotated[
     str | None,
-    _choice(
-        "--test", ("auto", "w", "tau"), "Baarda's w (sigma0 known), Pope's tau (estimated); auto follows --variance."
-    ),
+    _choice("--test", WORDS["test"], "Baarda's w (sigma0 known), Pope's tau (estimated); auto follows --variance."),
 ]
-Variance = Annotated[
-    str | None, _choice("--variance", ("posteriori", "priori"), "Which sigma0 scales the covariances.")
-]
-MaxIterations = Annotated[int | None, typer.Option("--max-iterations", min=1, max=1000)]
+Variance = Annotated[str | None, _choice("--variance", WORDS["variance"], "Which sigma0 scales the covariances.")]
+MaxIterations = Annotated[int | None, typer.Option("--max-iterations", min=1, max=MOST_ITERATIONS)]
 Estimate = Annotated[
     str | None,
     typer.Option(
@@ -158,23 +166,26 @@ FreeCamera = Annotated[
     typer.Option("--free-camera/--camera-priors", help="Estimate without, or with the sigmas of photo.toml."),
 ]
 CameraUse = Annotated[
-    str | None, _choice("--camera", ("fixed", "weighted"), "Camera as known, or with the sigmas of photo.toml.")
+    str | None, _choice("--camera", WORDS["camera"], "Camera as known, or with the sigmas of photo.toml.")
 ]
 Calibrate = Annotated[
     str | None,
-    _choice("--calibrate", ("none", "auto"), "Add elements of the camera by steps while significant and separable."),
+    _choice("--calibrate", WORDS["calibrate"], "Add elements of the camera by steps while significant and separable."),
 ]
 LensDirection = Annotated[
     str | None,
     _choice(
         "--distortion",
-        ("camera", "correction", "displacement", "ideal_to_distorted"),
+        WORDS["distortion"],
         "Direction of k1 ... p2 where photo.toml has no lens; camera: correction.",
     ),
 ]
 Tolerance = Annotated[
     float | None,
     typer.Option("--tolerance", callback=_small, help="Largest scaled step that counts as converged."),
+]
+Defaults = Annotated[
+    bool, typer.Option("--defaults", help="Begin from the defaults, not from the settings of the current version.")
 ]
 Pairs = Annotated[bool | None, typer.Option("--pairs/--no-pairs", help="Also between all pairs of points.")]
 
@@ -189,7 +200,7 @@ def run(
     from orient.report.runs import Progress
 
     with Progress() as progress:
-        results = run_stale(project, _given(allow_ballpark=allow_ballpark), message, progress.begin, progress.end)
+        results = run_stale(project, settings_of(allow_ballpark=allow_ballpark), message, progress.begin, progress.end)
     progress.close_with(results, project)
 
 
@@ -197,17 +208,19 @@ def refine(
     project: ProjectPath,
     message: Reason = "refine",
     again: Again = False,
+    defaults: Defaults = False,
     engine: Engine = None,
     reject: Reject = None,
 ) -> None:
     """Image coordinates: cycle means, interior orientation, distortion, refraction, curvature."""
-    _stage(project, "refine", _given(engine=engine, reject=reject), message, again)
+    _stage(project, "refine", settings_of(engine=engine, reject=reject), message, again, defaults)
 
 
 def digitize(
     project: ProjectPath,
     message: Reason = "digitize",
     again: Again = False,
+    defaults: Defaults = False,
     degree: Degree = None,
     choice: Choice = None,
     engine: Engine = None,
@@ -218,28 +231,37 @@ def digitize(
 ) -> None:
     """Map points by the polynomial of their sheet, with covariance; bad crosses are named."""
     asked = {} if degree is None else {"degree": _degree(degree)}
-    given = _given(choice=choice, engine=engine, reject=reject, robust=robust)
-    _stage(project, "digitize", {**given, **asked, **_exclusion(exclude, reason)}, message, again)
+    given = settings_of(choice=choice, engine=engine, reject=reject, robust=robust)
+    _stage(project, "digitize", {**_exclusion(exclude, reason), **given, **asked}, message, again, defaults)
 
 
 def bl(
-    project: ProjectPath, message: Reason = "bl", again: Again = False, allow_ballpark: AllowBallpark = None
+    project: ProjectPath,
+    message: Reason = "bl",
+    again: Again = False,
+    defaults: Defaults = False,
+    allow_ballpark: AllowBallpark = None,
 ) -> None:
     """B, L, H of all points on the ground's ellipsoid; the datum change is recorded."""
-    _stage(project, "bl", _given(allow_ballpark=allow_ballpark), message, again)
+    _stage(project, "bl", settings_of(allow_ballpark=allow_ballpark), message, again, defaults)
 
 
 def topocentric(
-    project: ProjectPath, message: Reason = "topocentric", again: Again = False, radius: Radius = None
+    project: ProjectPath,
+    message: Reason = "topocentric",
+    again: Again = False,
+    defaults: Defaults = False,
+    radius: Radius = None,
 ) -> None:
     """Topocentric coordinates T and T' of all points."""
-    _stage(project, "topocentric", _given(radius=radius), message, again)
+    _stage(project, "topocentric", settings_of(radius=radius), message, again, defaults)
 
 
 def resection(
     project: ProjectPath,
     message: Reason = "resection",
     again: Again = False,
+    defaults: Defaults = False,
     control: Control = None,
     correlation: Correlation = None,
     interior: Interior = None,
@@ -259,7 +281,7 @@ def resection(
     tolerance: Tolerance = None,
 ) -> None:
     """Exterior orientation of the photo, and of its camera if asked; no approximate values are needed."""
-    given = _given(
+    given = settings_of(
         estimate=estimate,
         free_camera=free_camera,
         camera=camera,
@@ -276,17 +298,23 @@ def resection(
         max_iterations=max_iterations,
         tolerance=tolerance,
     )
-    _stage(project, "resection", {**given, **_exclusion(exclude, reason)}, message, again)
+    _stage(project, "resection", {**_exclusion(exclude, reason), **given}, message, again, defaults)
 
 
 def covariance(
     project: ProjectPath,
     message: Reason = "covariance",
     again: Again = False,
+    defaults: Defaults = False,
     pairs: Pairs = None,
     map_side: Annotated[
         int | None,
-        typer.Option("--map-side", min=2, max=101, help="Places along each side of the frame in the map of accuracy."),
+        typer.Option(
+            "--map-side",
+            min=MAP_SIDES[0],
+            max=MAP_SIDES[1],
+            help="Places along each side of the frame in the map of accuracy.",
+        ),
     ] = None,
     map_height_sigma_m: Annotated[
         float | None,
@@ -294,14 +322,15 @@ def covariance(
     ] = None,
 ) -> None:
     """Covariance of the ground points, K = C Q C', error ellipses, and a map of the accuracy over the frame."""
-    given = _given(pairs=pairs, map_side=map_side, map_height_sigma_m=map_height_sigma_m)
-    _stage(project, "covariance", given, message, again)
+    given = settings_of(pairs=pairs, map_side=map_side, map_height_sigma_m=map_height_sigma_m)
+    _stage(project, "covariance", given, message, again, defaults)
 
 
 def absolute(
     project: ProjectPath,
     message: Reason = "absolute",
     again: Again = False,
+    defaults: Defaults = False,
     control: Control = None,
     sigma_model: Annotated[
         str | None,
@@ -321,29 +350,37 @@ def absolute(
     ] = None,
     variance: Variance = None,
     engine: Engine = None,
+    test: Test = None,
+    reject: Reject = None,
+    robust: Robust = None,
+    exclude: Exclude = None,
+    reason: Why = None,
     max_iterations: MaxIterations = None,
     tolerance: Tolerance = None,
 ) -> None:
     """Absolute orientation of a model, zone by zone; all its points on the ground."""
-    given = _given(
+    given = settings_of(
         control=control,
         upside_down=upside_down,
         small_angles=small_angles,
         variance=variance,
         engine=engine,
+        test=test,
+        reject=reject,
+        robust=robust,
         max_iterations=max_iterations,
         tolerance=tolerance,
     )
     asked = {} if sigma_model is None else {"sigma_model": _sigma(sigma_model)}
-    _stage(project, "absolute", {**given, **asked}, message, again)
+    _stage(project, "absolute", {**_exclusion(exclude, reason), **given, **asked}, message, again, defaults)
 
 
-def _given(**options: str | int | float | bool | None) -> Settings:
+def settings_of(**options: str | int | float | bool | None) -> Settings:
     return {name: value for name, value in options.items() if value is not None}
 
 
-def _stage(project: Path, name: str, settings: Settings, message: str, again: bool) -> None:
+def _stage(project: Path, name: str, settings: Settings, message: str, again: bool, defaults: bool) -> None:
     from orient.pipeline.runner import run_stage
     from orient.report.runs import show_result
 
-    show_result(run_stage(project, name, settings, message, again), project)
+    show_result(run_stage(project, name, settings, message, again, defaults), project)

@@ -7,6 +7,7 @@ import typer
 from orient.cli.options import AsJson, ProjectPath, Reason
 
 MOST_SIMULATIONS = 1_000_000
+LARGEST_SEED = 2**63 - 1
 
 
 def register(app: typer.Typer) -> None:
@@ -22,7 +23,7 @@ def verify(
             "--simulate", metavar="N", min=0, max=MOST_SIMULATIONS, help="Also N simulated adjustments (Monte Carlo)."
         ),
     ] = 0,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the simulation.")] = 1,
+    seed: Annotated[int, typer.Option("--seed", min=0, max=LARGEST_SEED, help="Seed of the simulation.")] = 1,
     record: Annotated[bool, typer.Option("--record/--no-record", help="Keep the verdict in the project.")] = True,
     as_json: AsJson = False,
 ) -> None:

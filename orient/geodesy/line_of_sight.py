@@ -1,4 +1,4 @@
-"""Where a straight line meets the surface of a given height."""
+"""Where straight lines meet the surface of one height, or each its own height."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,6 +7,9 @@ from orient.geodesy.ellipsoid import Ellipsoid
 from orient.geodesy.topocentric import geocentric_from_geographic, geographic_from_geocentric
 
 Array = NDArray[np.float64]
+
+NEWTON_STEPS = 4
+"""Each squares the relative error of H f^2 / distance that the first meeting leaves; two already reach rounding."""
 
 
 def line_at_height(start: Array, directions: Array, ellipsoid: Ellipsoid, height: float) -> Array:
@@ -25,3 +28,23 @@ def line_at_height(start: Array, directions: Array, ellipsoid: Ellipsoid, height
     points = start + np.where(t > 0, t, np.nan)[:, None] * directions
     B, L, _ = geographic_from_geocentric(points, ellipsoid).T
     return geocentric_from_geographic(B, L, np.full(len(points), height), ellipsoid)
+
+
+def line_at_heights(start: Array, directions: Array, ellipsoid: Ellipsoid, heights: Array) -> Array:
+    """P = S + t u with the ellipsoidal height H_i, exactly on each line: (n, 3) geocentric [m].
+
+    t from the ellipsoid of semi-axes a + H, b + H, then Newton's t += (H - H(P)) / (n . u), n the normal at P.
+    Arguments and NaN as in `line_at_height`, with `heights` (n,).
+    """
+    semi_axes = np.stack([ellipsoid.a_m + heights, ellipsoid.a_m + heights, ellipsoid.b_m + heights], axis=-1)
+    from_centre, u = start / semi_axes, directions / semi_axes
+    uu, su = np.sum(u * u, axis=1), np.sum(u * from_centre, axis=1)
+    with np.errstate(invalid="ignore"):
+        t = (-su - np.sqrt(su * su - uu * (np.sum(from_centre**2, axis=1) - 1.0))) / uu
+    t = np.where(t > 0, t, np.nan)
+    for _ in range(NEWTON_STEPS):
+        B, L, H = geographic_from_geocentric(start + t[:, None] * directions, ellipsoid).T
+        normal = np.stack([np.cos(B) * np.cos(L), np.cos(B) * np.sin(L), np.sin(B)], axis=-1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t = t + (heights - H) / np.sum(normal * directions, axis=1)
+    return np.asarray(start + t[:, None] * directions)

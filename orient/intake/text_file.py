@@ -79,7 +79,7 @@ def check_encoding(encoding: str) -> None:
 def _lines(
     path: Path, file: str, options: ReadOptions, findings: Findings, line_limit: int, oversize: SizeCheck
 ) -> Lines:
-    source = _opened(path, file, findings)
+    source = opened(path, file, findings)
     if source is None:
         return
     with source:
@@ -95,7 +95,7 @@ def _lines(
             findings.problem(file, 0, "changed while reading, try again")
 
 
-def _opened(path: Path, file: str, findings: Findings) -> BinaryIO | None:
+def opened(path: Path, file: str, findings: Findings) -> BinaryIO | None:
     try:
         mode = path.stat().st_mode
         for is_kind, words in KINDS:

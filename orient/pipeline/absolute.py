@@ -11,15 +11,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from orient.errors import GeometryError
+from orient.pipeline.absolute_blunders import Solved, Task, choose_control
 from orient.pipeline.absolute_findings import absolute_findings, failure, small_angle_finding
 from orient.pipeline.absolute_rows import result_tables, small_angle_rows, trace_tables
+from orient.pipeline.absolute_test_rows import test_tables
 from orient.pipeline.absolute_zone import Errors, Zone, control_errors, zones_of
+from orient.pipeline.exclusions import by_hand_in_parts, numbered, suspicion
 from orient.pipeline.frames import Frame, frame_of
 from orient.pipeline.ground import ground_of
 from orient.pipeline.tables import Array, columns, names, single
 from orient.solvers.absolute_orientation import orient_model
 from orient.solvers.absolute_result import AbsoluteOrientation
 from orient.solvers.absolute_small_angles import orient_by_small_angles
+from orient.solvers.consensus import RobustFailed
 from orient.solvers.engines import Engine
 from orient.units import listed
 from orient.values import Event, Outcome, Row, Settings, Tables
@@ -49,10 +53,13 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     ground = ground_of(single(inputs["photo"], "photo"))
     frame = frame_of(single(inputs["topocentric"], "topocentric_frame"), ground)
     zones = zones_of(inputs["model"], inputs["topocentric"], frame, settings)
-    oriented = [_oriented(zone, frame, settings) for zone in zones]
+    by_hand = by_hand_in_parts(settings, {zone.name: zone.control_points for zone in zones}, "control point")
+    oriented = [_oriented(zone, by_hand[zone.name], frame, settings) for zone in zones]
     tables: Rows = {}
     for one in oriented:
         _add(tables, one.tables)
+    if "exclusion" in tables:
+        tables["exclusion"] = numbered(tables["exclusion"])
     events = [*_unused(inputs["topocentric"], zones), *(event for one in oriented for event in one.events)]
     failures = [one.failed for one in oriented if one.failed is not None]
     if failures:
@@ -61,34 +68,40 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     return Outcome(tables, events, _together([one.summary for one in oriented]))
 
 
-def _oriented(zone: Zone, frame: Frame, settings: Settings) -> _Oriented:
+def _oriented(zone: Zone, by_hand: Sequence[int], frame: Frame, settings: Settings) -> _Oriented:
     """One zone from its points to its rows."""
     try:
         errors = control_errors(zone, settings)
-        found, control = _solve(zone, errors, frame, settings)
-    except GeometryError as error:
+        task = Task(zone, errors, frame, settings, lambda keep: _solve(zone, errors, keep, frame, settings))
+        choice, solved = choose_control(task, by_hand)
+    except (GeometryError, RobustFailed) as error:
         return _Oriented({}, failed=(f"zone {zone.name}: {error.message}", error.hint))
+    found, control = solved.found, solved.zone
     tables: Rows = {}
     _add(tables, trace_tables(zone, found, frame))
-    events = absolute_findings(control, found, frame, errors)
+    tested, remarks = test_tables(task, choice, by_hand)
+    events = [*absolute_findings(control, found, frame, errors), *remarks]
     if (failed := failure(control, found, frame)) is not None:
-        return _Oriented(tables, events, failed=failed)
+        _add(tables, {"exclusion": tested["exclusion"]})
+        return _Oriented(tables, events, failed=(failed[0], suspicion(tested["exclusion"]) or failed[1]))
     use_posteriori = settings["variance"] == "posteriori" and found.redundancy > 0
-    _add(tables, result_tables(zone, control, found, frame, errors, use_posteriori))
+    _add(tables, result_tables(control, found, frame, errors, use_posteriori))
+    _add(tables, tested)
     if settings["small_angles"]:
-        rows, event = _small_angles(control, found, errors, frame, Engine(str(settings["engine"])))
+        rows, event = _small_angles(solved, frame, Engine(str(settings["engine"])))
         _add(tables, {"absolute_small_angle": rows})
         events.append(event)
     if (largest := _largest(tables)) > LARGEST_STORED:
         return _Oriented(
             {}, events, failed=(f"zone {zone.name}: numbers up to {largest:.1g} cannot be kept", TOO_LARGE)
         )
-    return _Oriented(tables, events, _summary(zone, found, errors))
+    return _Oriented(tables, events, _summary(control, found, errors))
 
 
 def _add(tables: Rows, more: Mapping[str, Sequence[Row]]) -> None:
     for table, rows in more.items():
-        tables.setdefault(table, []).extend(rows)
+        if rows:
+            tables.setdefault(table, []).extend(rows)
 
 
 def _largest(tables: Mapping[str, Sequence[Row]]) -> float:
@@ -97,12 +110,13 @@ def _largest(tables: Mapping[str, Sequence[Row]]) -> float:
 
 
 def _traces_only(tables: Rows) -> Rows:
-    """Iterations are stored for a failure too; results of the other zones are not."""
-    return {name: rows for name, rows in tables.items() if name.startswith("absolute_iteration")}
+    """Iterations and suspects are stored for a failure too; results of the other zones are not."""
+    return {name: rows for name, rows in tables.items() if name.startswith("absolute_iteration") or name == "exclusion"}
 
 
-def _solve(zone: Zone, errors: Errors, frame: Frame, settings: Settings) -> tuple[AbsoluteOrientation, Zone]:
-    """The orientation, and the zone with its height-only points set on the curved surface of their height."""
+def _solve(zone: Zone, errors: Errors, keep: Sequence[int], frame: Frame, settings: Settings) -> Solved:
+    """The orientation on some of the control; height-only points are set on the curved surface of their height."""
+    zone, errors = zone.of_control(keep), errors.at(keep)
     for _ in range(MAX_HEIGHT_ROUNDS):
         found = orient_model(
             zone.control_model,
@@ -117,18 +131,17 @@ def _solve(zone: Zone, errors: Errors, frame: Frame, settings: Settings) -> tupl
             max_iterations=int(settings["max_iterations"] or 0),
         )
         if frame.origin is None or not found.is_result or not zone.has_height_only:
-            return found, zone
+            return Solved(found, zone, errors)
         computed = frame.right_handed(zone.control_model @ found.rotation.T / found.H + found.X0)
         zone, lift = zone.on_their_height(computed, frame)
         if lift < HEIGHT_TOLERANCE_M:
-            return found, zone
-    return found, zone
+            break
+    return Solved(found, zone, errors)
 
 
-def _small_angles(
-    control: Zone, found: AbsoluteOrientation, errors: Errors, frame: Frame, engine: Engine
-) -> tuple[Sequence[Row], Event]:
+def _small_angles(solved: Solved, frame: Frame, engine: Engine) -> tuple[Sequence[Row], Event]:
     """(111) beside the rigorous elements: rows, and how far it is off; it can be undetermined where they are not."""
+    control, found, errors = solved.zone, solved.found, solved.errors
     try:
         small = orient_by_small_angles(
             found,
@@ -180,6 +193,8 @@ def _together(summaries: Sequence[str]) -> str:
 
 def _summary(zone: Zone, found: AbsoluteOrientation, errors: Errors) -> str:
     head = f"zone {zone.name}: {zone.counts}, t = {found.t:.6g}"
+    count = len(zone.excluded)
+    left_out = f", {count} {'point' if count == 1 else 'points'} excluded" if count else ""
     if found.sigma0 is None:
-        return f"{head}, no redundancy"
-    return f"{head}, sigma0 {found.sigma0:.3g}{errors.unit_text}, r = {found.redundancy}"
+        return f"{head}, no redundancy{left_out}"
+    return f"{head}, sigma0 {found.sigma0:.3g}{errors.unit_text}, r = {found.redundancy}{left_out}"

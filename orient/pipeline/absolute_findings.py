@@ -3,13 +3,13 @@
 import re
 
 import numpy as np
-from scipy.special import chdtrc
 
 from orient.pipeline.absolute_zone import Errors, Zone
-from orient.pipeline.findings import GLOBAL_TEST_LEVEL, STRONG_CORRELATION, in_stored_names
+from orient.pipeline.findings import STRONG_CORRELATION, global_test_events, in_stored_names
 from orient.pipeline.frames import Frame
 from orient.solvers.absolute_result import AbsoluteOrientation
 from orient.solvers.absolute_small_angles import SmallAngleOrientation
+from orient.solvers.critical_values import global_test
 from orient.units import DEGREES_PER_RADIAN
 from orient.values import Event
 
@@ -75,14 +75,11 @@ def _fit(zone: Zone, found: AbsoluteOrientation, frame: Frame, errors: Errors) -
 
 def _global_test(zone: Zone, found: AbsoluteOrientation) -> list[Event]:
     """v'Pv against chi^2 with r degrees of freedom: sigma0 is 1 beforehand."""
-    if chdtrc(found.redundancy, found.vPv) >= GLOBAL_TEST_LEVEL:
-        return []
     ratio = float(np.sqrt(found.vPv / found.redundancy))
-    message = (
-        f"zone {zone.name}: sigma0 is {ratio:.3g} where 1 is expected, the global test fails: a gross error or "
-        f"too small sigmas; {_worst(zone, found)} fits worst"
-    )
-    return [Event("warning", "global_test", zone.name, message, ratio)]
+    head = f"zone {zone.name}: sigma0 is"
+    words = f"{head} {ratio:.3g} where 1 is expected", f"{head} only {ratio:.3g} where 1 is expected"
+    causes = f"a gross error or too small sigmas; {_worst(zone, found)} fits worst"
+    return global_test_events(zone.name, global_test(found.vPv, found.redundancy, 1.0), ratio, words, causes)
 
 
 def _of_a_result(zone: Zone, found: AbsoluteOrientation, frame: Frame, errors: Errors) -> list[Event]:

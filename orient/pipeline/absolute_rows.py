@@ -37,9 +37,9 @@ def trace_tables(zone: Zone, found: AbsoluteOrientation, frame: Frame) -> Mappin
 
 
 def result_tables(
-    zone: Zone, control: Zone, found: AbsoluteOrientation, frame: Frame, errors: Errors, use_posteriori: bool
+    zone: Zone, found: AbsoluteOrientation, frame: Frame, errors: Errors, use_posteriori: bool
 ) -> Mapping[str, Sequence[Row]]:
-    """Everything of one zone; `control` is the zone with its height-only points where the adjustment saw them."""
+    """Everything of one zone as the adjustment saw it: the control that took part, heights on their surface."""
     # with unit weights nothing is known of sigma0 beforehand: without redundancy there are no standard deviations
     scale = found.vPv / found.redundancy if use_posteriori else (1.0 if errors.unit == "1" else None)
     views = {name: _stored(element_view(found, name), frame) for name in COFACTOR_VIEWS}
@@ -47,8 +47,8 @@ def result_tables(
         "absolute_orientation": [_orientation_row(zone, found, frame, errors, scale, use_posteriori)],
         "absolute_element": [row for name in ELEMENT_VIEWS for row in _element_rows(zone, name, views[name], scale)],
         "absolute_cofactor": [row for name in COFACTOR_VIEWS for row in _cofactor_rows(zone, name, views[name])],
-        "absolute_equation": equation_rows(control, found, frame),
-        "absolute_residual": [*_control_residuals(control, found, frame), *_check_residuals(zone, found, frame)],
+        "absolute_equation": equation_rows(zone, found, frame),
+        "absolute_residual": [*_control_residuals(zone, found, frame), *_other_residuals(zone, found, frame)],
         "absolute_alternative": _alternative_rows(zone, found, frame),
         "model_ground_point": _ground_rows(zone, found, frame, scale),
     }
@@ -194,9 +194,12 @@ def _control_residuals(zone: Zone, found: AbsoluteOrientation, frame: Frame) -> 
     ]
 
 
-def _check_residuals(zone: Zone, found: AbsoluteOrientation, frame: Frame) -> Rows:
-    """Computed minus given at the check points, in the coordinates that were given."""
-    check = [(index, row) for index, row in enumerate(zone.rows) if row is not None and row["role"] == "check"]
+def _other_residuals(zone: Zone, found: AbsoluteOrientation, frame: Frame) -> Rows:
+    """Computed minus given at the check points and those left out, in the coordinates that were given."""
+    roles = {index: zone.role(index) for index in range(len(zone.rows))}
+    check = [
+        (index, row) for index, row in enumerate(zone.rows) if row is not None and roles[index] in ("check", "excluded")
+    ]
     if not check:
         return []
     given, up = columns([row for _, row in check], "X_m", "Y_m", "Z_m"), columns([r for _, r in check], *UP)
@@ -208,7 +211,7 @@ def _check_residuals(zone: Zone, found: AbsoluteOrientation, frame: Frame) -> Ro
         {
             "zone": zone.name,
             "point": zone.points[index],
-            "role": "check",
+            "role": roles[index],
             "known": known[row],
             **_by_known(("vX_m", "vY_m", "vZ_m"), gaps[row, :, 0], known[row], up[row]),
             **dict.fromkeys((*empty, "redundancy_X", "redundancy_Y", "redundancy_Z")),

@@ -18,7 +18,8 @@ class Zone:
     """Points of a zone in the order of model.csv; `rows` are their topocentric rows, None where there is none.
 
     `control` are the positions of the control points; `control_ground` and `control_up` (n, 3) are theirs, in the
-    stored frame. `model_covariance` (N, 3, 3) in model units, None when nothing is said of it.
+    stored frame. `excluded`: positions of control points that were left out. `model_covariance` (N, 3, 3) in model
+    units, None when nothing is said of it.
     """
 
     name: str
@@ -29,6 +30,7 @@ class Zone:
     control: Sequence[int]
     control_ground: Array
     control_up: Array
+    excluded: Sequence[int] = ()
 
     @property
     def control_points(self) -> list[str]:
@@ -52,6 +54,21 @@ class Zone:
         return known_directions(self.known_words, self.control_up)
 
     @property
+    def control_axes(self) -> Array:
+        """Directions (n, 3, 3), in columns, along which the ground coordinates of the control are tested, stored frame.
+
+        The axes of a full point; of one given in part its vertical, and across it those nearest to X and Y.
+        """
+        e_X, e_Y, _ = np.eye(3)
+        up = self.control_up
+        first = e_X - up * (up @ e_X)[:, None]
+        first = first / np.linalg.norm(first, axis=1, keepdims=True)
+        second = e_Y - up * (up @ e_Y)[:, None] - first * (first @ e_Y)[:, None]
+        second = second / np.linalg.norm(second, axis=1, keepdims=True)
+        is_full = np.array(self.known_words, dtype=np.str_) == "XYZ"
+        return np.where(is_full[:, None, None], np.eye(3), np.stack([first, second, up], axis=2))
+
+    @property
     def has_height_only(self) -> bool:
         return "height" in self.known_words
 
@@ -62,7 +79,21 @@ class Zone:
 
     def role(self, index: int) -> str:
         row = self.rows[index]
-        return "free" if row is None else str(row["role"])
+        if row is None:
+            return "free"
+        return "excluded" if index in self.excluded else str(row["role"])
+
+    def of_control(self, keep: Sequence[int]) -> "Zone":
+        """The zone with some of its control (places in `control`); the rest is excluded."""
+        kept = list(keep)
+        left_out = [index for place, index in enumerate(self.control) if place not in set(kept)]
+        return replace(
+            self,
+            control=[self.control[place] for place in kept],
+            control_ground=self.control_ground[kept],
+            control_up=self.control_up[kept],
+            excluded=[*self.excluded, *left_out],
+        )
 
     def on_their_height(self, computed: Array, frame: Frame) -> tuple["Zone", float]:
         """Height-only points set on the given height over their computed plan position; and what that changed there.
@@ -94,6 +125,10 @@ class Errors:
     ground: Array
     model: Array | None
     unit: str
+
+    def at(self, keep: Sequence[int]) -> "Errors":
+        """Those of some of the control."""
+        return Errors(self.ground[list(keep)], None if self.model is None else self.model[list(keep)], self.unit)
 
     @property
     def unit_text(self) -> str:

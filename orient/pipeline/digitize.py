@@ -8,7 +8,7 @@ import numpy as np
 from orient.geodesy.ellipsoid import meridian_radius, prime_vertical_radius
 from orient.geometry.polynomial import exponents
 from orient.pipeline.digitize_tests import cross_tests, left_out, suspect_rows
-from orient.pipeline.exclusions import numbered
+from orient.pipeline.exclusions import by_hand_in_parts, numbered
 from orient.pipeline.ground import Ground, ground_of
 from orient.pipeline.tables import Array, columns, group, names, number, or_none, packed_rows, single
 from orient.solvers.cycle_means import CycleMeans, cycle_means
@@ -29,6 +29,7 @@ class Sheet:
     ground: Ground
     rule: Rule
     settings: Settings
+    by_hand: Sequence[int] = ()
 
     @property
     def reject(self) -> bool:
@@ -51,12 +52,14 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     tables: dict[str, list[Row]] = {}
     events: list[Event] = []
     parts = []
+    labels = {name: names(rows, "cross") for name, rows in crosses.items()}
+    excluded = by_hand_in_parts(settings, labels, "cross")
     for row in inputs["sheet"]["map_sheet"]:
         name = str(row["sheet"])
         degree = settings["degree"] if settings["degree"] is not None else row["degree"]
         asked = None if degree is None else int(degree)
         rule = Rule(asked, str(settings["choice"]), Engine(str(settings["engine"])))
-        sheet = Sheet(row, crosses[name], readings.get(name, []), ground, rule, settings)
+        sheet = Sheet(row, crosses[name], readings.get(name, []), ground, rule, settings, excluded[name])
         fit, fit_tables, remarks = _fitted(sheet)
         points, cycle_remarks = _points(sheet, fit)
         for table, rows in {**fit_tables, "digitized_point": points}.items():

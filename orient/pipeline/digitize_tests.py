@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from orient.errors import OrientError
 from orient.geometry.polynomial import design
-from orient.pipeline.exclusions import excluded_names, hand_row, robust_row, suspect_row
+from orient.pipeline.exclusions import hand_row, robust_events, robust_row, suspect_row
 from orient.pipeline.tables import Array, columns, names, number, or_none
 from orient.pipeline.test_rows import adjustment_row, verdict
 from orient.solvers.critical_values import ALPHA0, Limits, tau_limits, w_limits
@@ -36,11 +35,10 @@ class LeftOut:
 
 
 def left_out(sheet: "Sheet", known: Crosses, carries: NDArray[np.bool_]) -> LeftOut:
-    """Crosses named by --exclude (CROSS, or SHEET/CROSS), and with --robust those that contradict the others."""
+    """Crosses named by --exclude, and with --robust those that contradict the others."""
     labels = names(sheet.crosses, "cross")
-    asked = _own_names(sheet, labels)
-    crosses = np.array([label in asked for label in labels])
-    rows = [hand_row(sheet.name, label, sheet.settings) for label in labels if label in asked]
+    crosses = np.isin(np.arange(len(labels)), sheet.by_hand)
+    rows = [hand_row(sheet.name, labels[i], sheet.settings) for i in sheet.by_hand]
     if not sheet.settings["robust"]:
         return LeftOut(crosses, rows, [])
     asked_for = carries & ~crosses
@@ -48,7 +46,8 @@ def left_out(sheet: "Sheet", known: Crosses, carries: NDArray[np.bool_]) -> Left
     wrong = at[~agreeing_crosses(known.only(asked_for), sheet.rule, number(sheet.row, "sigma_mm"))]
     crosses[wrong] = True
     rows += [robust_row(sheet.name, labels[i], None, ALPHA0) for i in wrong]
-    return LeftOut(crosses, rows, _robust_events(sheet.name, [labels[i] for i in wrong], len(at)))
+    told = robust_events(f"sheet {sheet.name}: ", [labels[i] for i in wrong], len(at), "crosses")
+    return LeftOut(crosses, rows, told)
 
 
 def suspect_rows(sheet: str, labels: Sequence[str], bad: Sequence[Suspect], is_rejected: bool) -> list[Row]:
@@ -77,30 +76,6 @@ def cross_tests(sheet: "Sheet", fit: SheetFit, factors: Array) -> dict[str, list
         for i, label in zip(used, labels, strict=True)
     ]
     return {"adjustment_test": tests, "observation_test": observations, "point_test": points}
-
-
-def _own_names(sheet: "Sheet", labels: Sequence[str]) -> set[str]:
-    """Crosses of this sheet; a name without sheet is meant wherever the cross exists."""
-    asked = set()
-    for name in excluded_names(sheet.settings):
-        title, slash, cross = name.rpartition("/")
-        if slash and title == sheet.name and cross not in labels:
-            raise OrientError(
-                f'--exclude names "{name}": sheet {title} has no cross "{cross}"', "See: orient sql PROJECT crosses"
-            )
-        if not slash or title == sheet.name:
-            asked.add(cross)
-    return asked & set(labels)
-
-
-def _robust_events(sheet: str, wrong: Sequence[str], n: int) -> list[Event]:
-    if not wrong:
-        return []
-    message = (
-        f"sheet {sheet}: robust estimation left out {len(wrong)} of {n} crosses: {', '.join(wrong[:10])}"
-        f"{' ...' if len(wrong) > 10 else ''}; the result is a plain fit of the others"
-    )
-    return [Event("warning", "robust", sheet, message, float(len(wrong)))]
 
 
 def _component(sheet: "Sheet", fit: SheetFit, factors: Array, column: int) -> tuple[Limits, Reliability]:

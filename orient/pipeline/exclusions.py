@@ -1,14 +1,16 @@
 """Points that are left out of an adjustment: by hand, by robust estimation, by data snooping; as rows and in words."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from orient.errors import OrientError
+from orient.solvers.critical_values import ALPHA0
 from orient.solvers.snooping import Decision
 from orient.units import listed
 from orient.values import Event, Row, Scalar, Settings, Severity
 
-NAMED = 3
-"""Suspects that one sentence names; the table holds all of them."""
+NAMED, NAMED_BY_ROBUST = 3, 10
+"""Points that one sentence names; the table holds all of them."""
 
 SURPRISE = 0.05
 EVENTS: Mapping[str, tuple[Severity, str, str]] = {
@@ -17,6 +19,15 @@ EVENTS: Mapping[str, tuple[Severity, str, str]] = {
     "not separable": ("warning", "not_separable", "both are kept"),
     "not removable": ("warning", "suspect", "kept, because the rest would not be checked without it"),
 }
+
+
+@dataclass(frozen=True, slots=True)
+class Decided:
+    """Places of the points left out by hand and by robust estimation, and the steps of the snooping."""
+
+    by_hand: Sequence[int]
+    by_robust: Sequence[int]
+    decisions: Sequence[Decision]
 
 
 def by_hand(settings: Settings, points: Sequence[str], what: str) -> list[int]:
@@ -36,6 +47,23 @@ def suspect_row(part: str, point: str, chance: float, limit: float, is_rejected:
     action = "excluded" if is_rejected else "proposed"
     reason = f"chance of such a residual without an error {chance:.2g}, below {limit:g}"
     return _row(part, point, "snooping", action, reason, test="chance", statistic=chance, critical=limit)
+
+
+def by_hand_in_parts(settings: Settings, points: Mapping[str, Sequence[str]], what: str) -> dict[str, list[int]]:
+    """The same for points in named parts (sheets, zones): POINT is meant in every part, PART/POINT in one."""
+    places: dict[str, list[int]] = {part: [] for part in points}
+    for name in excluded_names(settings):
+        title, slash, own = name.rpartition("/")
+        asked = [(part, name) for part in points] + ([(title, own)] if slash and title in points else [])
+        found = [(part, points[part].index(point)) for part, point in asked if point in points[part]]
+        if not found:
+            raise OrientError(
+                f'--exclude names "{name}", which is no {what} of this adjustment',
+                "Give names that the residuals list, separated by commas; --exclude none takes all points again.",
+            )
+        for part, place in found:
+            places[part].append(place)
+    return {part: sorted(set(own)) for part, own in places.items()}
 
 
 def excluded_names(settings: Settings) -> list[str]:
@@ -82,6 +110,41 @@ def snooping_row(
     )
 
 
+def decision_rows(
+    part: str, points: Sequence[str], decided: Decided, settings: Settings, test: str, observations: Sequence[str]
+) -> list[Row]:
+    """All decisions about the points of one adjustment, in their order."""
+    rejects = bool(settings["reject"])
+    return [
+        *(hand_row(part, points[i], settings) for i in decided.by_hand),
+        *(robust_row(part, points[i], None, ALPHA0) for i in decided.by_robust),
+        *(
+            snooping_row(part, points, decision, test=test, is_rejected=rejects, observations=observations)
+            for decision in decided.decisions
+        ),
+    ]
+
+
+def robust_events(part: str, wrong: Sequence[str], n: int, what: str) -> list[Event]:
+    """Which points robust estimation left out; nothing if none. `part`: sheet or zone, in words."""
+    if not wrong:
+        return []
+    message = (
+        f"{part}robust estimation left out {len(wrong)} of {n} {what}: {listed(wrong, NAMED_BY_ROBUST)}; "
+        f"the result is a plain adjustment of the others"
+    )
+    return [Event("warning", "robust", ", ".join(wrong[:NAMED_BY_ROBUST]), message, float(len(wrong)))]
+
+
+def suspicion(exclusions: Sequence[Row]) -> str:
+    """What the snooping proposes, as the remedy of an adjustment that does not fit."""
+    named = [_named(row) for row in exclusions if row["action"] == "proposed"][:NAMED_BY_ROBUST]
+    if not named:
+        return ""
+    be, them = ("is", "it") if len(named) == 1 else ("are", "them")
+    return f"{', '.join(named)} {be} suspected of a gross error: leave {them} out with --reject, or try --robust"
+
+
 def numbered(rows: Sequence[Row]) -> list[Row]:
     """The decisions in their order."""
     return [{"seq": seq, **row} for seq, row in enumerate(rows, 1)]
@@ -98,12 +161,27 @@ def snooping_events(rows: Sequence[Row], surprise: float) -> list[Event]:
     return [*_proposals(proposed, surprise), *(_event(row) for row in others)]
 
 
+def masking_events(part: str, test: Row, exclusions: Sequence[Row]) -> list[Event]:
+    """A remark where the whole does not fit, but no single observation (any more) contradicts the others.
+
+    tau divides by the sigma0 that the errors themselves have made: several can hide one another.
+    """
+    suspects = [row for row in exclusions if row["action"] in ("proposed", "not separable", "not removable")]
+    if test["verdict"] != "too large" or suspects:
+        return []
+    message = (
+        f"{part}the global test fails, but no single observation stands out: several errors may hide one another, or "
+        "the sigmas are too small"
+    )
+    return [Event("info", "masked", str(test["part"]), message)]
+
+
 def _proposals(rows: Sequence[Row], surprise: float) -> list[Event]:
     if not rows:
         return []
-    told = listed([f"{row['point']} ({row['reason']})" for row in rows], NAMED)
+    told = listed([f"{_named(row)} ({row['reason']})" for row in rows], NAMED)
     be = "is" if len(rows) == 1 else "are"
-    subject = ", ".join(str(row["point"]) for row in rows)
+    subject = ", ".join(_named(row) for row in rows)
     message = f"{told} {be} suspected of a gross error and kept"
     if surprise < SURPRISE:
         return [Event("warning", "suspect", subject, message, _number(rows[0]))]
@@ -113,7 +191,12 @@ def _proposals(rows: Sequence[Row], surprise: float) -> list[Event]:
 
 def _event(row: Row) -> Event:
     severity, code, told = EVENTS[str(row["action"])]
-    return Event(severity, code, str(row["point"]), f"{row['point']}: {row['reason']}; {told}", _number(row))
+    return Event(severity, code, _named(row), f"{_named(row)}: {row['reason']}; {told}", _number(row))
+
+
+def _named(row: Row) -> str:
+    """POINT, or PART/POINT as --exclude takes it."""
+    return f"{row['part']}/{row['point']}" if row["part"] else str(row["point"])
 
 
 def _number(row: Row) -> float | None:

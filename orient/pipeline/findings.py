@@ -4,18 +4,18 @@ import re
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.special import chdtr, chdtrc
 
 from orient.geometry.collinearity import project
 from orient.pipeline.frames import Frame
 from orient.pipeline.tables import Array
+from orient.solvers.critical_values import GlobalTest, global_test
 from orient.solvers.functional_iteration import WEAK_RATIO
 from orient.solvers.resection import Resection
 from orient.solvers.start_values import Candidate, start_candidates
 from orient.values import Event
 
 STRONG_CORRELATION = 0.95
-GLOBAL_TEST_LEVEL = 0.001
+TOLD_CHANCE = 1e-3
 ODD_RATIO, ODD_MM, MOST_ODD, MOST_PAIRS = 30.0, 0.5, 5, 2
 SMALLEST_REDUNDANCY_NUMBER = 1e-6
 SOLVER_NAME = re.compile(r"\b(r_[XYZ]|[XYZ]_S|[XYZ])\b")
@@ -55,27 +55,39 @@ def _odd_event(point: str, apart: float, others: int) -> Event:
 
 
 def _fit(found: Resection, points: Sequence[str], sigma0: float) -> list[Event]:
-    """Global test: v'Pv / sigma0^2 against chi^2 with r degrees of freedom."""
+    """Redundancy and global test of a resection."""
     if found.redundancy == 0:
         return [Event("warning", "no_redundancy", "", "no redundancy: the solution cannot be checked")]
-    statistic, ratio = found.vPv / sigma0**2, (found.vPv / found.redundancy) ** 0.5 / sigma0
-    if fails_global_test(found, sigma0):
-        message = (
-            f"sigma0 is {ratio:.3g} times its value a priori, the global test fails: a gross error, a wrong camera or "
-            f"too small sigmas; {_worst(found, points)} fits worst"
-        )
-        return [Event("warning", "global_test", "", message, ratio)]
-    if chdtr(found.redundancy, statistic) < GLOBAL_TEST_LEVEL:
-        message = f"sigma0 is only {ratio:.3g} of its value a priori: the sigmas given are too large"
-        return [Event("info", "global_test", "", message, ratio)]
+    ratio = (found.vPv / found.redundancy) ** 0.5 / sigma0
+    words = f"sigma0 is {ratio:.3g} times its value a priori", f"sigma0 is only {ratio:.3g} of its value a priori"
+    causes = f"a gross error, a wrong camera or too small sigmas; {_worst(found, points)} fits worst"
+    return global_test_events("", global_test(found.vPv, found.redundancy, sigma0), ratio, words, causes)
+
+
+def global_test_events(
+    subject: str, test: GlobalTest, ratio: float, words: tuple[str, str], causes: str
+) -> list[Event]:
+    """The verdict of the global test in words, by the same limits as the row of adjustment_test: 5 % on both sides.
+
+    `words` say how sigma0 compares where it is too large, and where too small; `ratio` is that to sigma0 a priori.
+    """
+    if test.verdict == "too large":
+        message = f"{words[0]}, the global test fails{_chance(test)}: {causes}"
+        return [Event("warning", "global_test", subject, message, ratio)]
+    if test.verdict == "too small":
+        message = f"{words[1]}{_chance(test)}: the sigmas given are too large"
+        return [Event("info", "small_sigma0", subject, message, ratio)]
     return []
 
 
+def _chance(test: GlobalTest) -> str:
+    """Told where a good adjustment may well be so far out once."""
+    return f" (chance {100 * test.probability:.2g} %)" if test.probability > TOLD_CHANCE else ""
+
+
 def fails_global_test(found: Resection, sigma0: float) -> bool:
-    """Is v'Pv too large for sigma0 a priori, by chance once in a thousand?"""
-    if found.redundancy == 0:
-        return False
-    return bool(chdtrc(found.redundancy, found.vPv / sigma0**2) < GLOBAL_TEST_LEVEL)
+    """Is v'Pv too large for sigma0 a priori?"""
+    return found.redundancy > 0 and global_test(found.vPv, found.redundancy, sigma0).verdict == "too large"
 
 
 def _worst(found: Resection, points: Sequence[str]) -> str:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from orient.geodesy.ellipsoid import Ellipsoid
-from orient.geodesy.line_of_sight import line_at_height
+from orient.geodesy.line_of_sight import line_at_height, line_at_heights
 from orient.geodesy.topocentric import (
     Origin,
     geocentric_from_geographic,
@@ -43,6 +43,11 @@ class Frame:
     def is_local(self) -> bool:
         """Local Cartesian ground: its Z is the height, and it has no place on an ellipsoid."""
         return self.origin is None
+
+    @property
+    def is_left_handed(self) -> bool:
+        """Do X and Y change places in the right-handed partner?"""
+        return bool(self.partner[0, 0] == 0.0)
 
     def right_handed(self, vectors: Array) -> Array:
         """(..., 3) vectors of the stored frame in the right-handed frame; the same call goes back."""
@@ -89,6 +94,13 @@ class Frame:
         start = self.geocentric(self.geographic(self.right_handed(station)[None, :]))[0]
         points = line_at_height(start, rays @ self.geocentric_from_right_handed().T, ellipsoid, height)
         return geographic_from_geocentric(points, ellipsoid)
+
+    def meet_heights(self, station: Array, rays: Array, heights: Array) -> Array:
+        """(n, 3) right-handed points on `rays` (n, 3) from `station` (3,) with the heights (n,); NaN: nowhere."""
+        _, ellipsoid = self._earth()
+        start = self.geocentric(self.geographic(self.right_handed(station)[None, :]))[0]
+        points = line_at_heights(start, rays @ self.geocentric_from_right_handed().T, ellipsoid, heights)
+        return np.asarray(station + (points - start) @ self.geocentric_from_right_handed())
 
     def _earth(self) -> tuple[Origin, Ellipsoid]:
         if self.origin is None or self.ellipsoid is None:

@@ -47,7 +47,7 @@ def map_rows(
     `height` [m] of the ground above the ellipsoid, or Z of local ground; `reading` (2, 2) [mm^2] covariance of a new
     image point; `height_sigma` [m] of the height on which a new point is found.
     """
-    points, up = _seen_ground(through.image, oriented, frame, height)
+    points, up = seen_ground(through.image, oriented.station, oriented.rotation, oriented.f_mm, frame, height)
     jacobians = ray_at_height_jacobians(points, oriented.station, oriented.rotation, oriented.f_mm, up)
     jacobians = replace(jacobians, C=through.jacobian(jacobians.C, jacobians.J))
     met = np.flatnonzero(jacobians.determined)
@@ -71,14 +71,14 @@ def map_rows(
     ]
 
 
-def _seen_ground(places: Array, oriented: Oriented, frame: Frame, height: float) -> tuple[Array, Array]:
-    """Points (m, 3) at the height, and their verticals (m, 3), in the right-handed frame; NaN for the sky."""
+def seen_ground(
+    places: Array, station: Array, rotation: Array, f_mm: float, frame: Frame, height: float
+) -> tuple[Array, Array]:
+    """Where rays of `places` (m, 2) [mm] meet the height: points (m, 3), verticals (m, 3), right-handed; NaN: sky."""
     if frame.is_local:
         up = np.tile(UP, (len(places), 1))
-        levels = height * up
-        return ray_at_height(places, oriented.station, oriented.rotation, oriented.f_mm, levels, up), up
-    rays = image_ray(places, oriented.rotation, oriented.f_mm)
-    geographic = frame.meet(oriented.station, rays, height)
+        return ray_at_height(places, station, rotation, f_mm, height * up, up), up
+    geographic = frame.meet(station, image_ray(places, rotation, f_mm), height)
     up_in_frame = frame.from_horizon(*geographic[:, :2].T)[:, :, 2]
     return frame.right_handed(frame.from_geographic(*geographic.T)), frame.right_handed(up_in_frame)
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from orient.errors import OrientError
-from orient.geometry import distortion, earth_curvature, plane, refraction
-from orient.pipeline.camera import given_camera
+from orient.geometry import plane
+from orient.pipeline.image_corrections import image_corrections
 from orient.pipeline.tables import Array, columns, named_packed_rows, number, or_none, required, single
 from orient.solvers.cycle_means import CycleMeans, cycle_means
 from orient.solvers.engines import Engine
@@ -20,14 +20,8 @@ from orient.solvers.interior_orientation import InteriorFit, fit_interior
 from orient.values import Event, Outcome, Row, Settings, Tables
 
 STEP_MM = 1e-3
-NO_WAY_BACK_MM = 1e-6
 MICROMETRES = 1000.0
 FIDUCIAL = "fiducial"
-REFRACTION = {
-    "integral": refraction.integral_constant,
-    "ardc": refraction.ardc_constant,
-    "space": refraction.space_constant,
-}
 MARK_LIMIT = 10.0
 """Residual of a fiducial mark, in sigmas of a reading, that is said to be wrong."""
 
@@ -72,13 +66,24 @@ def readings_in_mm(readings: Sequence[Row], photo: Row) -> tuple[Array, Array]:
     sigma = columns(readings, "sigma")[:, 0]
     in_pixels = np.isnan(xy[:, 0])
     if in_pixels.any():
-        size = required(photo, "pixel_size_mm")
-        origin = [required(photo, "origin_col_px"), required(photo, "origin_row_px")]
-        direction = np.array([1.0 if photo["x_axis"] == "right" else -1.0, -1.0 if photo["y_axis"] == "up" else 1.0])
-        pixels = columns(readings, "col_px", "row_px")
-        xy = np.where(in_pixels[:, None], (pixels - origin) * direction * size, xy)
+        pixels, size = columns(readings, "col_px", "row_px"), required(photo, "pixel_size_mm")
+        xy = np.where(in_pixels[:, None], mm_from_pixels(pixels, photo), xy)
         sigma = np.where(in_pixels, sigma * size, sigma)
     return xy, np.where(np.isnan(sigma), apriori, sigma)
+
+
+def mm_from_pixels(pixels: Array, photo: Row) -> Array:
+    """(n, 2) mm of the frame from columns and rows (n, 2)."""
+    origin, step = pixel_grid(photo)
+    return np.asarray((pixels - origin) * step)
+
+
+def pixel_grid(photo: Row) -> tuple[Array, Array]:
+    """Column and row of the frame origin (2,), and the step of one pixel along x and y (2,) [mm], with its sign."""
+    size = required(photo, "pixel_size_mm")
+    origin = np.array([required(photo, "origin_col_px"), required(photo, "origin_row_px")])
+    direction = np.array([1.0 if photo["x_axis"] == "right" else -1.0, -1.0 if photo["y_axis"] == "up" else 1.0])
+    return origin, direction * size
 
 
 def _means_of(kind: str, readings: Sequence[Row], cycles: CycleMeans, sigma: Array) -> Means:
@@ -155,13 +160,11 @@ def _mark_event(mark: str, what: str) -> Event:
 
 
 def _image_points(points: Means, interior: InteriorFit | None, photo: Row, tables: Tables) -> list[Row]:
-    frame, by_reading = _to_frame(points.xy, interior)
+    frame, by_reading = frame_coordinates(points.xy, _transformation(interior))
     covariance = by_reading @ points.covariance @ by_reading.transpose(0, 2, 1)
     principal = np.tile([-required(photo, "x0_mm"), -required(photo, "y0_mm")], (len(frame), 1))
     reduced = frame + principal
-    lens = _lens(given_camera(photo, tables).distortion, reduced, points.points)
-    air = _refraction(reduced + lens, photo)
-    curvature = _curvature(reduced + lens + air, photo)
+    lens, air, curvature = image_corrections(photo, tables, reduced, points.points)
     image = reduced + lens + air + curvature
     return [
         {
@@ -187,50 +190,25 @@ def _pair(x_name: str, values: Array) -> dict[str, float]:
     return {x_name: float(values[0]), x_name.replace("x", "y", 1): float(values[1])}
 
 
-def _to_frame(xy: Array, interior: InteriorFit | None) -> tuple[Array, Array]:
-    """(n, 2) fiducial coordinates and (n, 2, 2) their derivative by the reading (differences: exact for affine)."""
+def _transformation(interior: InteriorFit | None) -> tuple[str, Array] | None:
+    return None if interior is None else (interior.transformation, interior.parameters)
+
+
+def frame_coordinates(xy: Array, interior: tuple[str, Array] | None) -> tuple[Array, Array]:
+    """(n, 2) fiducial coordinates and (n, 2, 2) their derivative by the reading (differences: exact for affine).
+
+    `interior`: name and parameters of the transformation; None where the readings are those of the frame.
+    """
     if interior is None:
         return xy, np.tile(np.eye(2), (len(xy), 1, 1))
+    name, parameters = interior
 
     def apply(shift: Array) -> Array:
-        return np.asarray(plane.apply(interior.transformation, interior.parameters, xy + shift))
+        return np.asarray(plane.apply(name, parameters, xy + shift))
 
     steps = np.array([[STEP_MM, 0.0], [0.0, STEP_MM]])
     by_reading = np.stack([(apply(step) - apply(-step)) / (2 * STEP_MM) for step in steps], axis=-1)
     return apply(np.zeros(2)), by_reading
-
-
-def _lens(camera: distortion.Distortion, reduced: Array, names: Sequence[str]) -> Array:
-    """(n, 2) correction that the way back undoes at every point: else the certificate does not hold so far out."""
-    lens: Array = distortion.correction(camera, reduced)
-    gap = np.linalg.norm(distortion.distort(camera, reduced + lens) - reduced, axis=1)
-    worst = int(np.argmax(gap))
-    if gap[worst] > NO_WAY_BACK_MM:
-        raise OrientError(
-            f"point {names[worst]}: the distortion has no inverse there (off by {gap[worst]:.2g} mm)",
-            "Check the coefficients of the distortion and their direction in photo.toml.",
-        )
-    return lens
-
-
-def _refraction(xy: Array, photo: Row) -> Array:
-    """(n, 2) correction for a vertical view; `refraction` tells the formula."""
-    model = str(photo["refraction"])
-    if model == "none":
-        return np.zeros_like(xy)
-    height, ground = _heights(photo, "the refraction formulas", '[refraction] model = "none"')
-    return np.asarray(refraction.correction(xy, required(photo, "f_mm"), REFRACTION[model](height, ground)))
-
-
-def _curvature(xy: Array, photo: Row) -> Array:
-    """(n, 2) correction for ground that is declared to be a map plane with heights; else zero."""
-    radius = number(photo, "curvature_radius_m")
-    if radius is None:
-        return np.zeros_like(xy)
-    if photo["ground_kind"] != "local":
-        raise earth_curvature.needs_no_correction(str(photo["ground_kind"]))
-    height, ground = _heights(photo, "the formulas of earth curvature", "no [curvature]")
-    return earth_curvature.correction(xy, required(photo, "f_mm"), height, ground, radius)
 
 
 def _curvature_event(rows: Sequence[Row], photo: Row) -> list[Event]:
@@ -244,23 +222,6 @@ def _curvature_event(rows: Sequence[Row], photo: Row) -> list[Event]:
         "taken for a map plane with heights"
     )
     return [Event("info", "curvature", "", message, largest)]
-
-
-def _heights(photo: Row, what: str, instead: str) -> tuple[float, float]:
-    """Heights of the camera and of the ground, for a view from above."""
-    if photo["platform"] == "terrestrial":
-        raise OrientError(
-            f"{what} hold for a view from above, not for a terrestrial photo", f"Write {instead} in photo.toml."
-        )
-    height = number(photo, "camera_height_m")
-    height = number(photo, "station_H_m") if height is None else height
-    ground = number(photo, "ground_height_m")
-    if height is None or ground is None:
-        raise OrientError(
-            f"{what} need the heights of the camera and of the ground",
-            f"Give camera_height_m and height_m in photo.toml, or {instead}.",
-        )
-    return height, ground
 
 
 def _cycle_rows(readings: Sequence[Row], cycles: CycleMeans) -> list[Row]:

@@ -8,7 +8,11 @@ from typing import Protocol, cast
 from orient.values import Outcome, Settings, Tables
 
 EVIDENCE = "verify"
-"""The stage of verifications: its runs are about other runs, it has no current version and nothing reads it."""
+MANIFEST = "seal"
+IMAGE = "image"
+"""The image file of the photo: versions as of a list, but no stage reads it."""
+ABOUT_RUNS = (EVIDENCE, MANIFEST)
+"""Stages whose runs are about other runs: they have no current version and nothing reads them."""
 INPUT_STAGES = ("photo", "readings", "sheet", "control", "model")
 
 
@@ -130,7 +134,7 @@ STAGES = (
     ),
     Stage(
         "absolute",
-        1,
+        2,
         "absolute orientation of a model, by zone",
         required=("photo", "model", "topocentric"),
         settings={
@@ -142,6 +146,11 @@ STAGES = (
             "small_angles": False,
             "max_iterations": 50,
             "tolerance": 1e-10,
+            "test": "auto",
+            "reject": False,
+            "robust": False,
+            "exclude": "",
+            "exclude_reason": "",
         },
         wanted_with="model",
     ),

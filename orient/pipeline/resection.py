@@ -13,7 +13,7 @@ from orient.pipeline.camera_rows import camera_events, camera_tables
 from orient.pipeline.chain import Chain
 from orient.pipeline.common_coefficients import CommonCoefficients, common_coefficients, sheet_errors
 from orient.pipeline.error_sources import ray_cofactor_rows, source_cofactor_rows
-from orient.pipeline.exclusions import by_hand
+from orient.pipeline.exclusions import by_hand, suspicion
 from orient.pipeline.findings import in_stored_names, resection_findings
 from orient.pipeline.frames import Frame, frame_of
 from orient.pipeline.ground import Ground, ground_of
@@ -40,8 +40,6 @@ MINIMUM_POINTS = 3
 HEIGHT_TOLERANCE_M = 1e-3
 MAX_HEIGHT_ROUNDS = 10
 MICROMETRES = 1000.0
-NAMED = 10
-"""Points that one event names; the tables hold all of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +77,7 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     tested, remarks = test_tables(task, chosen)
     if judged.error:
         suspected = {"exclusion": tested["exclusion"]}
-        hint = _suspicion(tested["exclusion"]) or judged.hint
+        hint = suspicion(tested["exclusion"]) or judged.hint
         return Outcome({**traces, **suspected}, [*events, *remarks], error=judged.error, hint=hint)
     results, told = _results(work, inputs, chosen, check)
     return Outcome({**results, **tested, **traces}, [*events, *remarks, *told], _summary(found, sigma0, chosen))
@@ -188,15 +186,6 @@ def _calibrated(work: Assignment, chain: Chain, inside: Sequence[int]) -> tuple[
     for name in found.unknowns.names:
         camera = camera if name in camera.names else add(camera, name)
     return found, replace(chain, camera=camera)
-
-
-def _suspicion(exclusions: Sequence[Row]) -> str:
-    """What the snooping proposes, as the remedy of an orientation that does not fit."""
-    named = [str(row["point"]) for row in exclusions if row["action"] == "proposed"][:NAMED]
-    if not named:
-        return ""
-    be, them = ("is", "it") if len(named) == 1 else ("are", "them")
-    return f"{', '.join(named)} {be} suspected of a gross error: leave {them} out with --reject, or try --robust"
 
 
 def _moved(points: Observations, chain: Chain, in_photo: Sequence[Row]) -> Observations:

@@ -4,10 +4,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orient.errors import OrientError
 from orient.pipeline.chain import Chain
+from orient.pipeline.choice import Mask, choose_points, point_verdicts
 from orient.pipeline.exclusions import by_hand
 from orient.pipeline.frames import Frame
 from orient.pipeline.observations import Observations
@@ -17,7 +17,7 @@ from orient.solvers.common_unknowns import WhitenedCommon, whitened
 from orient.solvers.consensus import Trimmed, all_agreeing, least_trimmed
 from orient.solvers.critical_values import Limits, tau_limits, w_limits
 from orient.solvers.ground_points import ground_knowledge
-from orient.solvers.reliability import Reliability, most_correlated, observation_tests, prediction_statistic
+from orient.solvers.reliability import Reliability, observation_tests, prediction_statistic
 from orient.solvers.resection import Resection
 from orient.solvers.resection_reliability import (
     Measured,
@@ -28,10 +28,8 @@ from orient.solvers.resection_reliability import (
     view_misfits,
 )
 from orient.solvers.robust_resection import triple_misfits
-from orient.solvers.snooping import MOST_PROPOSALS, MOST_ROUNDS, Decision, Verdicts, fit_probability, snoop
+from orient.solvers.snooping import Decision, Verdicts, fit_probability
 from orient.values import Settings
-
-Mask = NDArray[np.bool_]
 
 AGREEING = 4
 """Points that a robust resection needs: three determine the photo, one checks it."""
@@ -116,27 +114,15 @@ def choose_control(task: Task) -> Chosen:
     hand = by_hand(task.settings, task.control.points, "control point")
     start = np.ones(len(task.control.points), dtype=np.bool_)
     start[hand] = False
-    robust: list[int] = []
-    if task.settings["robust"]:
-        agreeing = _agreeing(task, start)
-        robust = np.flatnonzero(start & ~agreeing).tolist()
-        start = agreeing
-    rounds = MOST_ROUNDS if task.settings["reject"] else MOST_PROPOSALS
-    snooped = snoop(lambda kept: _verdicts(task, kept, task.limits), start, rounds)
-    if snooped is None:
-        inside = np.flatnonzero(start).tolist()
-        outside = np.flatnonzero(~start).tolist()
-        return Chosen(task.adjust(inside), inside, outside, hand, robust, (), None)
-    kept, tested = (snooped.kept, snooped.last) if task.settings["reject"] else (start, snooped.first)
-    return Chosen(
-        tested.adjusted.solved,
-        np.flatnonzero(kept).tolist(),
-        np.flatnonzero(~kept).tolist(),
-        hand,
-        robust,
-        snooped.decisions,
-        tested.adjusted,
+    choice = choose_points(
+        start,
+        task.settings,
+        lambda kept: _verdicts(task, kept, task.limits),
+        lambda candidates: _agreeing(task, candidates),
     )
+    inside, outside = (np.flatnonzero(mask).tolist() for mask in (choice.kept, ~choice.kept))
+    solved = task.adjust(inside) if choice.tested is None else choice.tested.solved
+    return Chosen(solved, inside, outside, hand, choice.by_robust, choice.decisions, choice.tested)
 
 
 def measured(
@@ -176,27 +162,9 @@ def _verdicts(task: Task, kept: Mask, limits_of: Callable[[Resection], Limits]) 
     blocks = control_blocks(solved.found, points, shared, task.frame.partner)
     reliability = observation_tests(blocks, limits, len(solved.found.problem.free))
     reliability = of_all_elements(solved.found, reliability)
-    w = np.nan_to_num(np.abs(reliability.tests[0].w), nan=0.0)
-    statistic = np.full(len(kept), np.nan)
-    freedom, worst = np.zeros(len(kept), dtype=np.int64), np.full(len(kept), -1)
-    statistic[inside], freedom[inside], worst[inside] = w.max(axis=1), blocks[0].freedom, np.argmax(w, axis=1)
-
-    def twin(point: int) -> tuple[int, float] | None:
-        row = inside.index(point)
-        place = (0, row, int(worst[point]))
-        nearest = most_correlated(reliability.tests, [place], only_group=0).get(place)
-        return None if nearest is None else (inside[nearest.partner[1]], nearest.rho)
-
-    return Verdicts(
-        Tested(solved, limits, reliability),
-        solved.found.redundancy,
-        statistic,
-        worst,
-        limits.critical,
-        freedom,
-        _fit(task, solved.found, outside, limits, reliability, len(kept)),
-        twin,
-    )
+    tested, r = Tested(solved, limits, reliability), solved.found.redundancy
+    probability = _fit(task, solved.found, outside, limits, reliability, len(kept))
+    return point_verdicts(tested, r, blocks[0], reliability, limits, inside, probability)
 
 
 def _fit(task: Task, found: Resection, at: list[int], limits: Limits, reliability: Reliability, n: int) -> Array:

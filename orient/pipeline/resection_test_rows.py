@@ -7,12 +7,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orient.pipeline.camera import unit_of
-from orient.pipeline.exclusions import hand_row, numbered, robust_row, snooping_events, snooping_row
+from orient.pipeline.choice import surprise
+from orient.pipeline.exclusions import Decided, decision_rows, masking_events, numbered, robust_events, snooping_events
 from orient.pipeline.resection_blunders import Chosen, Task, Tested
 from orient.pipeline.resection_rows import ROTATIONS, STATION
 from orient.pipeline.tables import Array, joined, nullable
-from orient.pipeline.test_rows import adjustment_row, point_rows, verdicts
-from orient.solvers.critical_values import ALPHA0, chance
+from orient.pipeline.test_rows import (
+    MOST_CORRELATED,
+    MOST_EFFECTS,
+    Observation,
+    adjustment_row,
+    largest_places,
+    point_rows,
+    verdicts,
+)
 from orient.solvers.reliability import BlockTests, block_statistic, most_correlated
 from orient.solvers.resection_reliability import IMAGE, far_apart, largest_ground_shift
 from orient.units import DEGREES_PER_RADIAN, listed
@@ -20,13 +28,8 @@ from orient.values import Columns, Event, Row, Scalar, Tables
 
 AXES = (("image", "x", "mm"), ("image", "y", "mm"), ("ground", "X", "m"), ("ground", "Y", "m"), ("ground", "Z", "m"))
 OBSERVATIONS = [f"{kind} {axis}" for kind, axis, _ in AXES]
-MOST_CORRELATED = 400
-MOST_EFFECTS = 1000
-"""Observations, the most suspicious or most harmful first, whose correlations and effects are stored; all of small
-photos, while the cost stays linear for large ones."""
 NAMED = 10
 NAMES = ("kind", "part", "point", "axis", "unit")
-Observation = tuple[int, int, int]
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,16 +43,18 @@ class _Shifts:
 def test_tables(task: Task, chosen: Chosen) -> tuple[Tables, list[Event]]:
     """adjustment_test, observation_test, point_test, external_reliability, exclusion; and the findings."""
     exclusions = _exclusions(task, chosen)
-    events = snooping_events(exclusions, _surprise(chosen))
-    if chosen.by_robust:
-        events.append(_robust_event(task, chosen))
-    tables: dict[str, Sequence[Row]] = {"exclusion": numbered(exclusions)}
     tested = chosen.tested
+    points = task.control.points
+    seen = robust_events("", [points[i] for i in chosen.by_robust], len(points), "control points")
+    tables: dict[str, Sequence[Row]] = {"exclusion": numbered(exclusions)}
     if tested is None:
-        return tables, events
+        return tables, [*snooping_events(exclusions, 1.0), *seen]
     found = tested.solved.found
+    chance = surprise(tested.reliability, tested.limits, found.redundancy)
+    whole = adjustment_row("", "", found.vPv, found.redundancy, task.sigma0, tested.limits)
+    events = [*snooping_events(exclusions, chance), *seen, *masking_events("", whole, exclusions)]
     names = tested.solved.control.points
-    tables["adjustment_test"] = [adjustment_row("", "", found.vPv, found.redundancy, task.sigma0, tested.limits)]
+    tables["adjustment_test"] = [whole]
     observed = _observation_rows(task, tested)
     tables["observation_test"] = observed
     T, freedom = block_statistic(tested.reliability.tests[0], IMAGE, tested.limits)
@@ -58,37 +63,10 @@ def test_tables(task: Task, chosen: Chosen) -> tuple[Tables, list[Event]]:
     return tables, [*events, *_unchecked(observed)]
 
 
-def _surprise(chosen: Chosen) -> float:
-    """Chance that any test of a good photo is as large as the largest one (Bonferroni)."""
-    if chosen.tested is None:
-        return 1.0
-    tested = chosen.tested
-    w = [np.abs(test.w[test.is_tested]) for test in tested.reliability.tests]
-    largest = max((float(values.max(initial=0.0)) for values in w), default=0.0)
-    tests = sum(len(values) for values in w)
-    return min(1.0, tests * chance(largest, tested.limits, tested.solved.found.redundancy)) if largest else 1.0
-
-
 def _exclusions(task: Task, chosen: Chosen) -> list[Row]:
-    points, rejects = task.control.points, bool(task.settings["reject"])
     test = "tau" if chosen.tested is not None and chosen.tested.limits.name == "tau" else "w"
-    return [
-        *(hand_row("", points[i], task.settings) for i in chosen.by_hand),
-        *(robust_row("", points[i], None, ALPHA0) for i in chosen.by_robust),
-        *(
-            snooping_row("", points, decision, test=test, is_rejected=rejects, observations=OBSERVATIONS)
-            for decision in chosen.decisions
-        ),
-    ]
-
-
-def _robust_event(task: Task, chosen: Chosen) -> Event:
-    names = [task.control.points[i] for i in chosen.by_robust]
-    message = (
-        f"robust estimation left out {len(names)} of {len(task.control.points)} control points: "
-        f"{listed(names, NAMED)}; the result is a plain adjustment of the others"
-    )
-    return Event("warning", "robust", ", ".join(names[:NAMED]), message, float(len(names)))
+    decided = Decided(chosen.by_hand, chosen.by_robust, chosen.decisions)
+    return decision_rows("", task.control.points, decided, task.settings, test, OBSERVATIONS)
 
 
 def _observation_rows(task: Task, tested: Tested) -> Columns:
@@ -173,7 +151,7 @@ def _shifts(task: Task, tested: Tested) -> list[_Shifts]:
 def _correlations(tested: Tested) -> dict[Observation, tuple[float | None, str | None]]:
     """|rho_w| and the other point, for the observations with the largest |w|."""
     tests = tested.reliability.tests
-    chosen = _largest([np.abs(test.w) for test in tests], MOST_CORRELATED)
+    chosen = largest_places([np.abs(test.w) for test in tests], MOST_CORRELATED)
     found = most_correlated(tests, chosen)
     told: dict[Observation, tuple[float | None, str | None]] = {}
     for place, near in found.items():
@@ -191,23 +169,11 @@ def _other(tested: Tested, group: int, block: int, k: int) -> str:
     return subject if k < chain.interior_unknowns else f"sheet {subject}"
 
 
-def _largest(values: Sequence[Array], most: int) -> list[Observation]:
-    """Places of the largest finite values of all groups."""
-    sizes = np.concatenate([np.ravel(value) for value in values])
-    order = np.argsort(-np.where(np.isfinite(sizes), sizes, -np.inf), kind="stable")[:most]
-    firsts = np.cumsum([0, *(value.size for value in values)])
-    found = []
-    for place in order[np.isfinite(sizes[order])].tolist():
-        group = int(np.searchsorted(firsts, place, side="right")) - 1
-        found.append((group, *divmod(place - int(firsts[group]), values[group].shape[1])))
-    return found
-
-
 def _effect_rows(task: Task, tested: Tested) -> list[Row]:
     """The effect on each element, rotations in degrees, the station in T'."""
     tests = tested.reliability.tests
     rows: list[Row] = []
-    for group, block, k in sorted(_largest([test.bias_to_noise for test in tests], MOST_EFFECTS)):
+    for group, block, k in sorted(largest_places([test.bias_to_noise for test in tests], MOST_EFFECTS)):
         effect = _stored(task, tests[group], block, k)
         name = _name(task, tested, group, block, k)
         del name["unit"]

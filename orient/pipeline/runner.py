@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from orient.errors import OrientError, UsageError
-from orient.pipeline.registry import BY_NAME, EVIDENCE, STAGES, Stage
+from orient.pipeline.registry import ABOUT_RUNS, BY_NAME, IMAGE, STAGES, Stage
+from orient.pipeline.setting_values import check_settings
 from orient.store.digest import content_of, input_digest
 from orient.store.project import NewRun, Project, RunInfo, create_project, open_project
 from orient.values import Event, InputTables, Outcome, Settings, Tables
@@ -45,11 +46,15 @@ def add_input(path: Path, given: InputTables, reason: str, again: bool = False) 
     if not reason.strip():
         raise UsageError("say why the list changes", 'For example: -m "P7 was read on the wrong house"')
     with open_project(path, "write") as project:
-        new = _input_run(given, reason)
-        head = project.heads().get(given.stage)
-        if head and not again and new.content and head.output_digest == new.content.digest:
-            return Result(given.stage, head, computed=False, events=project.events(head.run_id))
-        return Result(given.stage, project.append(new), computed=True, events=given.events)
+        return append_input(project, given, reason, again)
+
+
+def append_input(project: Project, given: InputTables, reason: str, again: bool = False) -> Result:
+    """A new version of one input in an open project; the same content as the current one is not stored again."""
+    head, new = project.heads().get(given.stage), _input_run(given, reason)
+    if head and not again and new.content and head.output_digest == new.content.digest:
+        return Result(given.stage, head, computed=False, events=project.events(head.run_id))
+    return Result(given.stage, project.append(new), computed=True, events=given.events)
 
 
 def photo_facts(path: Path) -> Mapping[str, object] | None:
@@ -62,8 +67,13 @@ def photo_facts(path: Path) -> Mapping[str, object] | None:
     return {**tables["photo"][0], "fiducials": [row["mark"] for row in tables.get("fiducial_mark", ())]}
 
 
-def run_stage(path: Path, name: str, settings: Settings, reason: str, again: bool = False) -> Result:
-    """Compute one stage from the current versions of its inputs."""
+def run_stage(
+    path: Path, name: str, settings: Settings, reason: str, again: bool = False, defaults: bool = False
+) -> Result:
+    """Compute one stage from the current versions of its inputs.
+
+    Settings that are not named are those of the current version, with `defaults` those of a first version.
+    """
     with open_project(path, "write") as project:
         stage = BY_NAME[name]
         missing = stage.missing(set(project.heads()))
@@ -72,29 +82,40 @@ def run_stage(path: Path, name: str, settings: Settings, reason: str, again: boo
         stale = _stale_inputs(project, stage)
         if stale:
             raise OrientError(f"{name} would read {', '.join(stale)}, which is stale", "Run: orient run")
-        return _run(project, stage, settings, reason, again)
+        given = {**stage.settings, **settings} if defaults else settings
+        return _run(project, stage, given, reason, again)
 
 
 def run_stale(
     path: Path, overrides: Settings, reason: str, begin: Callable[[Stage], None], end: Callable[[Result], None]
 ) -> list[Result]:
     """Compute every stage that is missing or stale, in order; a failure stops the stages that need it."""
-    results: list[Result] = []
     with open_project(path, "write") as project:
-        for stage in STAGES:
-            result = _next_result(project, stage, overrides, reason, results, begin)
-            results.append(result)
-            end(result)
+        return run_stale_in(project, overrides, reason, begin, end)
+
+
+def run_stale_in(
+    project: Project,
+    overrides: Settings,
+    reason: str,
+    begin: Callable[[Stage], None] = lambda stage: None,
+    end: Callable[[Result], None] = lambda result: None,
+) -> list[Result]:
+    """The same in a project that is open for writing."""
+    results: list[Result] = []
+    for stage in STAGES:
+        result = _next_result(project, stage, overrides, reason, results, begin)
+        results.append(result)
+        end(result)
     return results
 
 
 def select_version(path: Path, stage: str, version: int, reason: str) -> RunInfo:
     """Make another version of a stage current (undo is a new selection)."""
-    if stage == EVIDENCE:
-        raise UsageError(f"{EVIDENCE} is evidence about other runs; none of its versions is current")
+    if stage in ABOUT_RUNS:
+        raise UsageError(f"{stage} is evidence about other runs; none of its versions is current")
     with open_project(path, "write") as project:
-        project.select(stage, version, current_user(), reason)
-        return project.heads()[stage]
+        return project.select(stage, version, current_user(), reason)
 
 
 def current_user() -> str:
@@ -150,6 +171,7 @@ def _run(project: Project, stage: Stage, settings: Settings, reason: str, again:
         reason=reason,
         outcome=outcome,
         select=True,
+        once=not again,
     )
     return Result(stage.name, project.append(new), computed=True, events=outcome.events, hint=outcome.hint)
 
@@ -192,7 +214,10 @@ def _full_settings(stage: Stage, head: RunInfo | None, given: Settings) -> Setti
     """Defaults, then what the current version was made with, then what the user says now."""
     unknown = set(given) - set(stage.settings)
     if unknown:
-        raise UsageError(f"{stage.name} has no setting {', '.join(sorted(unknown))}")
+        raise UsageError(
+            f"{stage.name} has no setting {', '.join(sorted(unknown))}", f"It has: {', '.join(stage.settings)}."
+        )
+    check_settings(given)
     made_with = {**stage.formerly, **head.settings} if head else {}
     kept = {key: value for key, value in made_with.items() if key in _kept_names(stage)}
     return {**stage.settings, **kept, **given}
@@ -227,6 +252,10 @@ def describe(given: InputTables) -> str:
         photo = given.tables["photo"][0]
         marks = _counted(counts.get("fiducial_mark", 0), "fiducial mark")
         return f"{photo['name']}, {photo['platform']}, f {photo['f_mm']} mm, {marks}"
+    if given.stage == IMAGE:
+        image = given.tables["image"][0]
+        how = "embedded" if image["n_parts"] else "by its digest only"
+        return f"{image['name']}, {image['size_bytes']} bytes, {how}"
     if given.stage == "readings":
         rows = given.tables["comparator_reading"]
         kinds = [kind for kind, _ in {(str(row["kind"]), row["point"]) for row in rows}]

@@ -1,14 +1,30 @@
 """Rows of the tests that every adjustment by points stores."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from orient.pipeline.tables import Array, or_none
 from orient.solvers.critical_values import Limits, global_test
-from orient.solvers.reliability import HARDLY, UNTESTED
+from orient.solvers.reliability import HARDLY, UNTESTED, BlockTests
 from orient.solvers.snooping import IntArray, fit_probability
 from orient.values import Row
+
+MOST_CORRELATED = 400
+MOST_EFFECTS = 1000
+"""Observations, the most suspicious or most harmful first, whose correlations and effects are stored; all of small
+photos, while the cost stays linear for large ones."""
+Observation = tuple[int, int, int]
+"""Group, block and place within the block."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shift:
+    """Largest shift on the ground [m] by the smallest findable error of an observation, and where it happens."""
+
+    metres: float
+    point: str | None
 
 
 def adjustment_row(
@@ -32,6 +48,45 @@ def adjustment_row(
         numbers = {"statistic": test.statistic, "lower": test.lower, "upper": test.upper}
         row |= {**numbers, "probability": test.probability, "verdict": test.verdict}
     return row
+
+
+def observation_row(
+    head: Row,
+    test: BlockTests,
+    place: tuple[int, int],
+    v: float,
+    shift: Shift,
+    near: tuple[float | None, str | None],
+    limits: Limits,
+) -> Row:
+    """One row of observation_test; `head` names the observation, `near` is |rho_w| and the other point."""
+    return {
+        **head,
+        "v": v,
+        "redundancy_number": float(test.redundancy[place]),
+        "share": float(test.share[place]),
+        "w": or_none(test.w[place]),
+        "smallest_error": or_none(test.mdb[place]),
+        "bias_to_noise": or_none(test.bias_to_noise[place]),
+        "ground_shift_m": or_none(shift.metres),
+        "ground_shift_point": shift.point,
+        "rho": near[0],
+        "rho_with": near[1],
+        "verdict": verdict(float(test.w[place]), float(test.share[place]), limits),
+    }
+
+
+def largest_places(values: Sequence[Array], most: int) -> list[Observation]:
+    """Places of the largest finite values of all groups."""
+    sizes = np.concatenate([np.ravel(value) for value in values])
+    order = np.argsort(-np.where(np.isfinite(sizes), sizes, -np.inf), kind="stable")[:most]
+    firsts = np.cumsum([0, *(value.size for value in values)])
+    found: list[Observation] = []
+    for place in order[np.isfinite(sizes[order])].tolist():
+        group = int(np.searchsorted(firsts, place, side="right")) - 1
+        block, k = divmod(place - int(firsts[group]), values[group].shape[1])
+        found.append((group, block, k))
+    return found
 
 
 def verdict(w: float, share: float, limits: Limits) -> str:

@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from orient.errors import OrientError, UsageError
+from orient.pipeline.agreement import Solved
 from orient.pipeline.registry import BY_NAME, EVIDENCE, Stage
 from orient.pipeline.runner import current_user, outcome_of
-from orient.pipeline.second_engine import Solved, solve_again
+from orient.pipeline.second_engine import solve_again
 from orient.pipeline.verify_compare import Comparison, Difference, compare, seal_row
-from orient.pipeline.verify_observations import NOT_KNOWN, knows_all_unknowns, resection_observations
+from orient.pipeline.verify_observations import NOT_SIMULATED, knows_all_unknowns, resection_observations
 from orient.pipeline.verify_verdict import RunVerdict, Verification, evidence
 from orient.solvers.resection_simulation import Spread, simulate_resection
 from orient.store.digest import content_of, input_digest
@@ -109,7 +110,7 @@ def _recomputed(project: Project, run: RunInfo, stage: Stage) -> RunVerdict:
     is_older = run.stage_version != stage.version
     found = compare(stored, _as_stored(outcome), exact=not because, is_older=is_older)
     solved = _solved_again(run, inputs, settings, stored)
-    return RunVerdict(run, "recomputed", because, found, solved.agreements, solved.left_out)
+    return RunVerdict(run, "recomputed", because, found, solved.agreements, solved.left_out, remarks=solved.remarks)
 
 
 def _as_stored(outcome: Outcome) -> Tables:
@@ -141,7 +142,7 @@ def _with_spread(verdict: RunVerdict, project: Project, request: Request, watch:
     run = verdict.run
     settings = {**BY_NAME[run.stage].settings, **run.settings}
     if not knows_all_unknowns(settings, project.read_tables(run.inputs["photo"])):
-        return replace(verdict, left_out=NOT_KNOWN)
+        return replace(verdict, remarks=[*verdict.remarks, f"not simulated: {NOT_SIMULATED}"])
     return replace(verdict, spread=_simulated(project, run, request, watch))
 
 

@@ -4,7 +4,7 @@ import heapq
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from orient.pipeline.second_engine import ALLOWED, Agreement
+from orient.pipeline.agreement import Agreement
 from orient.pipeline.verify_compare import LARGEST, Comparison, Difference
 from orient.solvers.resection_simulation import Spread
 from orient.store.project import RunInfo
@@ -18,7 +18,8 @@ KEPT = 100
 class RunVerdict:
     """What was found about one run.
 
-    `because`: why bits were not compared; `left_out`: why no second engine; `reads`: inputs that differ themselves.
+    `because`: why bits were not compared; `left_out`: why no second engine; `reads`: inputs that differ themselves;
+    `remarks`: what other programs could not check.
     """
 
     run: RunInfo
@@ -29,6 +30,7 @@ class RunVerdict:
     left_out: str = ""
     spread: Spread | None = None
     reads: str = ""
+    remarks: Sequence[str] = ()
 
     @property
     def title(self) -> str:
@@ -184,7 +186,7 @@ def _solution_rows(verdict: RunVerdict) -> list[Row]:
             "quantity": part.quantity,
             "difference": min(part.difference, LARGEST),
             "relative_to": part.relative_to,
-            "allowed": ALLOWED,
+            "allowed": part.allowed,
             "agrees": int(part.agrees),
         }
         for part in verdict.agreements

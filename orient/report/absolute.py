@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 
 from orient.report.orientation import AXES, Shown, iteration_table
+from orient.report.reliability import sentences
 from orient.report.text import cell, number
 from orient.values import Row, Scalar, Tables
 
@@ -34,6 +35,7 @@ def absolute_lines(zone: str, tables: Tables) -> list[str]:
         f"n = {row['n_equations']} equations, u = {row['n_unknowns']} unknowns, redundancy r = {row['redundancy']}",
         f"sigma0 = sqrt(v'Pv/r) {_sigma0(row)}",
         f"standard deviations are scaled by sigma0 {row['variance_basis']}",
+        *(text for test in tables.get("adjustment_test", ()) if test["part"] == zone for text in sentences(test)),
     ]
 
 
@@ -95,7 +97,7 @@ def _measure(value: Scalar, row: Row, *, sigma: bool = False) -> str:
 
 
 def _residuals(rows: Sequence[Row], most: int) -> list[Shown]:
-    ranked = sorted(rows, key=lambda row: (row["role"] == "check", -_length(row)))
+    ranked = sorted(rows, key=lambda row: (row["role"] != "control", -_length(row)))
     control = [row for row in rows if row["role"] == "control"]
     title = f"Residuals: computed minus given, m{_rms(control)}"
     if len(ranked) > most:

@@ -2,9 +2,13 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
 
 from orient.report.text import console, one_line, printable
 from orient.values import Event, Severity
+
+if TYPE_CHECKING:
+    from orient.store.project import Project, RunInfo
 
 MARKS: Mapping[Severity, str] = {"error": "error", "warning": "warning", "info": "note"}
 RANKS: Mapping[Severity, int] = {"error": 0, "warning": 1, "info": 2}
@@ -25,6 +29,7 @@ REMEDIES = {
     "fiducial_unmatched": "Give the mark the same name in photo.toml and in the readings.",
     "hardly_checked": "Measure more control near these points; until then nothing would show an error in them.",
     "level_ray": "Do not use ground places of this point: the ray hardly meets the ground.",
+    "masked": "--robust starts from the points that agree; --test w tests with the sigma0 given, not with that found.",
     "mirror": "Give an approximate station, or a control point off the plane.",
     "mirrored": "Check the directions of the axes (x_axis, y_axis; handedness of the ground).",
     "no_control": "Give these points coordinates, or read past this if they are meant as new points.",
@@ -78,6 +83,29 @@ def findings(stage: str, events: Iterable[Event]) -> list[Finding]:
         if event.code != "refused"
     ]
     return grave_first(told)
+
+
+def later_failures(project: "Project") -> list[Finding]:
+    """Stages whose last version failed while an older one is current, and nobody chose that one since then."""
+    last = {run.stage: run for run in project.runs()}
+    chosen = {str(stage): str(when) for stage, when in project.query("SELECT stage, selected_at FROM v_current")[1]}
+    heads = project.heads()
+    return [
+        Finding("warning", name, "later_failure", "", *_later(last[name], heads[name].version))
+        for name in heads
+        if last[name].status == "failed" and chosen[name] < last[name].started_at
+    ]
+
+
+def _later(failed: "RunInfo", current: int) -> tuple[str, str]:
+    """What failed, and how to look at it or to settle that the older version stays."""
+    why = failed.error.rstrip(".")
+    message = f"version {failed.version} failed later: {why}; version {current} is still the current one"
+    stage = failed.stage
+    return message, (
+        f"See it: orient show PROJECT {stage} --version {failed.version}; keep the older one: "
+        f"orient select PROJECT {stage} {current} -m why."
+    )
 
 
 def grave_first(found: Iterable[Finding]) -> list[Finding]:

@@ -1,12 +1,15 @@
 """Files that a command writes for the user: whole or not at all, never over something by accident."""
 
 import os
-import secrets
 import stat
+from collections.abc import Iterable
 from pathlib import Path
 
 from orient.errors import OrientError, UsageError
-from orient.store.new_file import LONGEST_NAME, SIDE_FILES, give_name
+from orient.store.errors import ReadOnly
+from orient.store.new_file import LONGEST_NAME, SIDE_FILES, give_name, temporary_file
+
+NOTHING = "Nothing was written; choose another folder."
 
 
 def output_path(text: str, project: Path, force: bool) -> Path:
@@ -33,31 +36,29 @@ def output_path(text: str, project: Path, force: bool) -> Path:
     return target
 
 
-def write_output(target: Path, content: bytes, project: Path, force: bool) -> None:
-    """Write `content` beside `target`, then give it its name; it is no more readable than the project."""
-    temporary = target.with_name(f".{secrets.token_hex(8)}.new")
+def write_output(target: Path, content: bytes | Iterable[bytes], project: Path, force: bool) -> None:
+    """Write `content` (or its parts) beside `target`, then give it its name; no more readable than the project."""
     mode = stat.S_IMODE(project.stat().st_mode) & 0o666
     try:
-        descriptor = os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, mode)
-        with os.fdopen(descriptor, "wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        give_name(temporary, target, replace=force)
+        with temporary_file(target.parent, mode) as temporary:
+            with temporary.open("wb") as file:
+                file.writelines([content] if isinstance(content, bytes) else content)
+                file.flush()
+                os.fsync(file.fileno())
+            give_name(temporary, target, replace=force)
     except FileExistsError:
         raise UsageError(f"{target} exists", "Use --force, or give another name.") from None
+    except ReadOnly as error:
+        raise OrientError(error.message, NOTHING) from None
     except OSError as error:
-        hint = "Nothing was written; choose another folder."
-        raise OrientError(f"{target} cannot be written: {error.strerror}", hint) from None
-    finally:
-        temporary.unlink(missing_ok=True)
+        raise OrientError(f"{target} cannot be written: {error.strerror}", NOTHING) from None
 
 
 def _is_own_input(target: Path, project: Path) -> bool:
     own = Path(os.path.abspath(project))  # noqa: PTH100
     names = {own.with_name(own.name + side) for side in ("", *SIDE_FILES)}
-    real = own.resolve()
+    real = Path(os.path.realpath(own))  # not resolve(): it fails on a loop of links
     names |= {real.with_name(real.name + side) for side in ("", *SIDE_FILES)}
-    if target in names or target.resolve() in names:
+    if target in names or Path(os.path.realpath(target)) in names:
         return True
     return target.exists() and project.exists() and target.samefile(project)

@@ -1,30 +1,26 @@
 """Ready-made questions to a project file, and answers as table, CSV or JSON."""
 
-import csv
 import json
 import math
 import re
 import sys
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from orient.errors import UsageError
+from orient.report.audit_questions import AUDIT_QUESTIONS
+from orient.report.csv_text import csv_pieces
+from orient.report.question import Question, filled, filled_sql
 from orient.report.text import console, print_answer, print_table
 from orient.values import Scalar
 
+if TYPE_CHECKING:
+    from orient.store.asking import Answer
+    from orient.store.project import Project
+
 MAX_TABLE_ROWS = 100_000
 PLAIN_NAME = re.compile(r"[\w-]*")
-FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
-
-
-@dataclass(frozen=True, slots=True)
-class Question:
-    """A question with a plain name, in SQL over the shipped views."""
-
-    name: str
-    asks: str
-    sql: str
 
 
 def _current(view: str) -> str:
@@ -115,33 +111,47 @@ QUESTIONS = (
     Question("audit", "Who did what, when and why?", "SELECT * FROM v_audit"),
     Question("verification", "Which results were verified, and what was found?", "SELECT * FROM v_verification"),
     Question("events", "All remarks, warnings and errors?", "SELECT * FROM v_event"),
+    *AUDIT_QUESTIONS,
 )
 BY_NAME = {question.name: question for question in QUESTIONS}
 
 
 def list_questions() -> None:
     """Names and texts of the questions."""
-    rows = [[question.name, question.asks] for question in QUESTIONS]
+    rows = [[question.name, _asks(question)] for question in QUESTIONS]
     print_table(["name", "question"], rows, [False, False])
     console().print('Ask one by its name, or write SQL: orient sql PROJECT "SELECT * FROM v_residual"')
 
 
-def answer(path: Path, question: str, as_csv: bool, as_json: bool, raw: bool) -> None:
+def _asks(question: Question) -> str:
+    """The text of a question and what can be filled in."""
+    sets = "".join(f" --set {one.name}={one.default or '...'}" for one in question.parameters)
+    return question.asks + (f" [{sets.strip()}]" if sets else "")
+
+
+def answered(project: "Project", question: str, given: Mapping[str, str]) -> "Answer":
+    """Columns and rows of a named question or of SQL, with its parameters filled in."""
+    if question in BY_NAME:
+        named = BY_NAME[question]
+        return project.query(named.sql, filled(named, given))
+    if PLAIN_NAME.fullmatch(question.strip()):
+        raise UsageError(f'there is no question "{question}"', f"Questions are {', '.join(BY_NAME)}.")
+    return project.query(question, filled_sql(question, given))
+
+
+def answer(path: Path, question: str, as_csv: bool, as_json: bool, raw: bool, given: Mapping[str, str]) -> None:
     """The answer to a named question or to SQL."""
     from orient.store.project import open_project
 
     if as_csv and as_json:
         raise UsageError("--csv and --json exclude each other")
-    sql = BY_NAME[question].sql if question in BY_NAME else question
-    if PLAIN_NAME.fullmatch(sql.strip()):
-        raise UsageError(f'there is no question "{question}"', f"Questions are {', '.join(BY_NAME)}.")
     with open_project(path, "read") as project:
-        columns, rows = project.query(sql)
+        columns, rows = answered(project, question, given)
     if as_json:
         objects = [dict(zip(columns, map(_for_json, row), strict=True)) for row in rows]
         print(json.dumps(objects, indent=2, allow_nan=False))
     elif as_csv:
-        _write_csv(columns, rows, raw)
+        sys.stdout.writelines(csv_pieces(columns, rows, raw))
     elif not rows:
         console().print("no rows")
     else:
@@ -153,16 +163,3 @@ def _for_json(value: Scalar | bytes) -> Scalar:
     if isinstance(value, bytes):
         return value.hex()
     return str(value) if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _write_csv(columns: Sequence[str], rows: Sequence[Sequence[Scalar]], raw: bool) -> None:
-    """RFC 4180; numbers in the shortest form that reads back to the same value."""
-    writer = csv.writer(sys.stdout, lineterminator="\r\n")
-    writer.writerow(columns)
-    for row in rows:
-        writer.writerow([value if raw else _guarded(value) for value in row])
-
-
-def _guarded(value: Scalar) -> Scalar:
-    """A spreadsheet must not take a name for a formula."""
-    return f"'{value}" if isinstance(value, str) and value.startswith(FORMULA_STARTS) else value

@@ -7,12 +7,12 @@ from orient.values import Row, Scalar, Tables
 
 Shown = tuple[str, list[str], list[list[str]]]
 ORDER = {"suspect": 0, "not checked": 1, "hardly checked": 2, "good": 3}
-MICROMETRES, MILLIMETRES = 1000.0, "mm"
+MICROMETRES, MILLIMETRES, MODEL = 1000.0, "mm", "model"
 
 
 def test_lines(tables: Tables) -> list[str]:
     """The global test and the limits of the single tests, a sentence for each adjustment."""
-    return [_sentence(row) for row in tables.get("adjustment_test", ())]
+    return [_named(row) + "; ".join(sentences(row)) for row in tables.get("adjustment_test", ())]
 
 
 def reliability_tables(tables: Tables, most: int) -> list[Shown]:
@@ -25,17 +25,23 @@ def reliability_tables(tables: Tables, most: int) -> list[Shown]:
     return shown
 
 
-def _sentence(row: Row) -> str:
+def _named(row: Row) -> str:
+    """The sheet and coordinate of an adjustment that is one of several."""
     name = " ".join(str(row[key]) for key in ("part", "component") if row[key])
-    start = f"{name}: " if name else ""
+    return f"{name}: " if name else ""
+
+
+def sentences(row: Row) -> list[str]:
+    """What the global test of one adjustment says, and the limit of its single tests."""
     if row["redundancy"] == 0:
-        return f"{start}no redundancy: nothing is checked"
+        return ["no redundancy: nothing is checked"]
     if row["verdict"] is None:
-        return f"{start}{_limit(row)}"
-    return (
-        f"{start}global test at 5 %: v'Pv/sigma0^2 = {cell(row['statistic'], 2)}, accepted from "
-        f"{cell(row['lower'], 2)} to {cell(row['upper'], 2)}: {row['verdict']}; {_limit(row)}"
-    )
+        return [_limit(row)]
+    return [
+        f"global test at 5 %: v'Pv/sigma0^2 = {cell(row['statistic'], 2)}, accepted from "
+        f"{cell(row['lower'], 2)} to {cell(row['upper'], 2)}: {row['verdict']}",
+        _limit(row),
+    ]
 
 
 def _limit(row: Row) -> str:
@@ -56,8 +62,10 @@ def _observations(rows: Sequence[Row], most: int) -> Shown:
     """MDB is the smallest error that the test finds with power 0.80."""
     ranked = sorted(rows, key=_place)
     title = "Reliability: smallest error (MDB) found with 80 %, and its effect if it is not found"
+    if any(row["unit"] == MODEL for row in rows):
+        title += "\nX Y Z: given on the ground; x y z: of the model, in its own units"
     if len(ranked) > most:
-        title += f"; {most} of {len(ranked)} observations, the weakest first"
+        title += f"\n{most} of {len(ranked)} observations, the weakest first"
     cells = [
         [
             f"{row['part']} {row['point']} {row['axis']}".strip(),
@@ -86,7 +94,7 @@ def _error(row: Row) -> str:
         return cell(None)
     if row["unit"] == MILLIMETRES:
         return f"{MICROMETRES * _size(value):.1f} um"
-    return f"{_size(value):.3g} {row['unit']}"
+    return f"{_size(value):.3g}" + ("" if row["unit"] == MODEL else f" {row['unit']}")
 
 
 def _size(value: Scalar) -> float:

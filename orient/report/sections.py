@@ -103,6 +103,11 @@ SECTIONS: Mapping[str, tuple[Section, ...]] = {
             "point sigma_x_mm.5 sigma_y_mm.5 ellipse_a_mm.5 ellipse_b_mm.5 ellipse_direction_deg.1",
         ),
     ),
+    "image": (_section("Image file", "image", "name media_type width_px height_px size_bytes n_parts sha256"),),
+    "seal": (
+        _section("Sealed", "sealed_file", "project format n_runs image image_name image_size_bytes image_sha256"),
+        _section("Runs", "sealed_run", "sealed_run_id stage version is_current is_stale status output_digest"),
+    ),
     "verify": (
         _section(
             "Runs",

@@ -6,11 +6,12 @@ from dataclasses import asdict
 from pathlib import Path
 
 from orient.errors import UsageError
-from orient.pipeline.registry import ALL_STAGES, BY_NAME, EVIDENCE, FINAL_STAGES
+from orient.pipeline.registry import ABOUT_RUNS, ALL_STAGES, BY_NAME, EVIDENCE, FINAL_STAGES, IMAGE, MANIFEST
 from orient.report.absolute import absolute_lines, absolute_tables, absolute_zones
 from orient.report.budget import budget_lines, budget_tables
 from orient.report.covariance import covariance_lines, covariance_tables
-from orient.report.findings import findings, print_findings
+from orient.report.findings import as_json as findings_as_json
+from orient.report.findings import findings, later_failures, print_findings
 from orient.report.orientation import Shown, iteration_table, orientation_lines, orientation_tables
 from orient.report.reliability import reliability_tables, test_lines
 from orient.report.sections import SECTIONS, Section
@@ -20,13 +21,14 @@ from orient.store.project import Project, RunInfo, open_project
 from orient.values import Row, Tables
 
 SHOWN_ROWS = 25
+SHOWN_STAGES = (*ALL_STAGES, IMAGE, *ABOUT_RUNS)
 TEXT_HEADERS = ("reading", "point", "action", "by", "reason", "")
 
 
 def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bool:
     """Print one version of a stage, or of the orientation; False if that version failed and is no result."""
-    if stage not in ("", *ALL_STAGES, EVIDENCE):
-        raise UsageError(f'there is no stage "{stage}"', f"Stages are {', '.join((*ALL_STAGES, EVIDENCE))}.")
+    if stage not in ("", *SHOWN_STAGES):
+        raise UsageError(f'there is no stage "{stage}"', f"Stages are {', '.join(SHOWN_STAGES)}.")
     with open_project(path, "read") as project, project.snapshot():
         stage = stage or _final_stage(project)
         run = project.run(stage, version) if version else project.heads().get(stage) or _last(project, stage)
@@ -34,15 +36,22 @@ def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bo
             raise UsageError(f"{stage} has no current version", _remedy(stage, path))
         tables, events = project.read_tables(run.run_id), project.events(run.run_id)
         verdict = next((row for row in known_verdicts(project) if _is_about(row, run)), None)
+        later = [] if version else [finding for finding in later_failures(project) if finding.stage == stage]
     if as_json:
         events_shown = [asdict(event) for event in events]
-        content = {"run": asdict(run), "events": events_shown, "tables": tables, "verification": verdict}
+        content = {
+            "run": asdict(run),
+            "events": events_shown,
+            "tables": tables,
+            "verification": verdict,
+            "later_failures": findings_as_json(later),
+        }
         print(json.dumps(content, indent=2, allow_nan=False))
         return run.status == "succeeded"
     _print_head(run)
     if verdict is not None:
         console().print(f"  {printable(verified_line(verdict))}", soft_wrap=True)
-    print_findings(findings(run.stage, events))
+    print_findings([*later, *findings(run.stage, events)])
     _print_numbers(stage, tables)
     return run.status == "succeeded"
 
@@ -62,7 +71,7 @@ def _print_numbers(stage: str, tables: Tables) -> None:
         console().print(text, soft_wrap=True)
     for section in SECTIONS.get(stage, ()):
         _print_section(section, tables.get(section.source, ()))
-    _print_tests(tables, with_lines=stage != "resection")
+    _print_tests(tables, with_lines=stage not in ("resection", "absolute"))
     if stage == "covariance":
         _print_tables([*budget_tables(tables), *covariance_tables(tables, SHOWN_ROWS)])
     if stage == "photo":
@@ -81,6 +90,8 @@ def _last(project: Project, stage: str) -> RunInfo | None:
 def _remedy(stage: str, path: Path) -> str:
     if stage == EVIDENCE:
         return f"Run: orient verify {path}"
+    if stage in (IMAGE, MANIFEST):
+        return f"Run: orient seal {path} -o SEALED --image FILE"
     return f"Run: orient run {path}" if stage in BY_NAME else f"Add it: orient add {path} {stage} FILE -m why"
 
 

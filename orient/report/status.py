@@ -2,11 +2,21 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from orient.pipeline.registry import ALL_STAGES, BY_NAME, FINAL_STAGES, is_optional
-from orient.report.findings import UNUSED_DATA, Finding, findings, grave_first, print_findings, verdict
+from orient.pipeline.registry import ALL_STAGES, BY_NAME, FINAL_STAGES, IMAGE, is_optional
+from orient.report.findings import (
+    UNUSED_DATA,
+    Finding,
+    Verdict,
+    findings,
+    grave_first,
+    later_failures,
+    print_findings,
+    verdict,
+)
 from orient.report.findings import as_json as findings_as_json
 from orient.report.text import cell, console, print_table, printable
 from orient.report.verify import known_verdicts, status_line
@@ -23,44 +33,65 @@ WAITS_FOR = "waits for "
 MINUTE = len("2026-01-01T00:00")
 
 
-def show_status(path: Path, as_json: bool) -> None:
-    """The verdict and the problems of what is current; then every stage."""
-    with open_project(path, "read") as project, project.snapshot():
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """Where a project stands: the verdict, what is current, and what a reader must know first.
+
+    `stages`: stage, version, state and told of each that exists or is wanted; `verified`: what is known of each run.
+    """
+
+    verdict: Verdict
+    findings: list[Finding]
+    stages: list[dict[str, object]]
+    verified: list[dict[str, Scalar]]
+    warnings: list[str]
+
+
+def standing(project: "Project") -> Standing:
+    """One moment of an open project."""
+    with project.snapshot():
         stale = {row[0]: (bool(row[2]), row[3]) for row in project.query(STATUS)[1]}
         current = {row[0]: row for row in project.query(CURRENT)[1]}
         failed = _last_failures(project)
-        found, verdicts = current_findings(project), known_verdicts(project)
-        warnings = project.warnings
-    stages = [_stage_status(name, current, stale, failed) for name in ALL_STAGES]
+        found, verified = current_findings(project), known_verdicts(project)
+    stages = [_stage_status(name, current, stale, failed) for name in (*ALL_STAGES, IMAGE)]
     known = [entry for entry in stages if entry["state"] != "absent" and not _can_be_left_out(entry)]
-    judged = verdict({str(entry["stage"]): str(entry["state"]) for entry in known}, found, FINAL_STAGES)
+    states = {str(entry["stage"]): str(entry["state"]) for entry in known}
+    return Standing(verdict(states, found, FINAL_STAGES), found, known, verified, project.warnings)
+
+
+def show_status(path: Path, as_json: bool) -> None:
+    """The verdict and the problems of what is current; then every stage."""
+    with open_project(path, "read") as project:
+        now = standing(project)
     if as_json:
         content = {
             "project": str(path),
-            "verdict": judged.word,
-            "sentence": judged.sentence,
-            "findings": findings_as_json(found),
-            "stages": known,
-            "verification": verdicts,
+            "verdict": now.verdict.word,
+            "sentence": now.verdict.sentence,
+            "findings": findings_as_json(now.findings),
+            "stages": now.stages,
+            "verification": now.verified,
         }
         print(json.dumps(content, indent=2, allow_nan=False))
         return
     out = console()
-    out.print(f"{printable(str(path))}: {judged.sentence}")
-    print_findings([finding for finding in found if finding.severity != "info"], with_stage=True)
-    rows = [[cell(entry[key]) for key in ("stage", "version", "state", "told")] for entry in known]  # type: ignore[arg-type]
+    out.print(f"{printable(str(path))}: {now.verdict.sentence}")
+    print_findings([finding for finding in now.findings if finding.severity != "info"], with_stage=True)
+    rows = [[cell(entry[key]) for key in ("stage", "version", "state", "told")] for entry in now.stages]  # type: ignore[arg-type]
     print_table(["stage", "version", "state", "result"], rows, [False, True, False, False])
-    versions = {str(entry["stage"]): entry["version"] for entry in known if entry["version"] is not None}
-    if verified := status_line(verdicts, versions):
+    versions = {str(entry["stage"]): entry["version"] for entry in now.stages if entry["version"] is not None}
+    if verified := status_line(now.verified, versions):
         out.print(printable(verified), soft_wrap=True)
-    for warning in warnings:
+    for warning in now.warnings:
         out.print(f"note: {printable(warning)}")
-    if any(entry["state"] in ("stale", "to compute") for entry in known):
+    if any(entry["state"] in ("stale", "to compute") for entry in now.stages):
         out.print(f"Next: orient run {printable(str(path))}")
 
 
 def current_findings(project: "Project") -> list[Finding]:
-    """Findings of the current version of every stage, the grave ones first, then those nearest to the result.
+    """What failed after the current version of a stage; then the findings of the current versions, the grave ones
+    first, then those nearest to the result.
 
     What a later stage says again in other words (points without control) is told once, by the later stage.
     """
@@ -70,7 +101,7 @@ def current_findings(project: "Project") -> list[Finding]:
         for finding in findings(name, project.events(heads[name].run_id)) if name in heads else ():
             what = "" if finding.code in UNUSED_DATA else finding.subject or finding.message
             last.setdefault((finding.code, what), finding)
-    return grave_first(last.values())
+    return [*later_failures(project), *grave_first(last.values())]
 
 
 def _stage_status(

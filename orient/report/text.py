@@ -29,10 +29,12 @@ def one_line(text: str) -> str:
     return printable(text.replace("\n", "\\n").replace("\t", " "))
 
 
-def cell(value: Scalar, decimals: int | None = None) -> str:
-    """A value for a table; without `decimals` a number is shown with ten significant digits."""
+def cell(value: Scalar | bytes, decimals: int | None = None) -> str:
+    """A value for a table, bytes by their number; without `decimals` a number is shown with ten significant digits."""
     if value is None:
         return MISSING
+    if isinstance(value, bytes):
+        return f"{len(value)} bytes"
     if isinstance(value, float):
         return f"{value:.10g}" if decimals is None else f"{value:.{decimals}f}"
     return one_line(str(value))

@@ -88,8 +88,7 @@ def run_lines(verdict: "RunVerdict") -> list[str]:
         lines.append(f"    compared to 1e-9: {verdict.because}")
     if verdict.reads and verdict.found.refused:
         lines.append(f"    it reads {verdict.reads}, which differs")
-    if verdict.agreements:
-        lines.append(f"    {_engines(verdict)}")
+    lines += [f"    {text}" for text in (*_engines(verdict), *verdict.remarks)]
     if verdict.left_out:
         lines.append(f"    no second engine: {verdict.left_out}")
     if verdict.spread is not None:
@@ -113,15 +112,18 @@ def _told(verdict: "RunVerdict") -> str:
     return f"{found.n_values} values, {found.n_identical} equal in all bits{largest}"
 
 
-def _engines(verdict: "RunVerdict") -> str:
-    """The largest difference of each quantity, with what it is measured in."""
-    largest: dict[str, tuple[float, str]] = {}
+def _engines(verdict: "RunVerdict") -> list[str]:
+    """For each engine the largest difference of each quantity, with what it is measured in."""
+    largest: dict[str, dict[str, tuple[float, str]]] = {}
     for part in verdict.agreements:
-        before = largest.get(part.quantity, (0.0, ""))[0]
+        of_engine = largest.setdefault(part.engine, {})
+        before = of_engine.get(part.quantity, (0.0, ""))[0]
         unit = " sigma" if part.relative_to == "standard deviation" else ""
-        largest[part.quantity] = (max(before, part.difference), unit)
-    engines = ", ".join(dict.fromkeys(part.engine for part in verdict.agreements))
-    return f"{engines}: " + ", ".join(f"{name} {size:.0e}{unit}" for name, (size, unit) in largest.items())
+        of_engine[part.quantity] = (max(before, part.difference), unit)
+    return [
+        f"{engine}: " + ", ".join(f"{name} {size:.0e}{unit}" for name, (size, unit) in quantities.items())
+        for engine, quantities in largest.items()
+    ]
 
 
 def _faults(verdict: "RunVerdict") -> list[str]:

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from orient.geometry.rotation import aok_by_rotation, aok_from_matrix, near_blind_aok
 from orient.geometry.similarity import fixed_axes_by_rotation, fixed_axes_from_matrix, near_blind_fixed_axes
-from orient.solvers.absolute_problem import ELEMENTS
+from orient.solvers.absolute_orientation import origin_by_centre
+from orient.solvers.absolute_problem import ELEMENTS, Similarity
 from orient.solvers.absolute_result import AbsoluteOrientation
 
 FloatArray = NDArray[np.float64]
@@ -46,6 +47,13 @@ def element_view(found: AbsoluteOrientation, view: str) -> ElementView:
         raise ValueError(f"{view} is none of {', '.join(VIEWS)}")
     names, values, J, near_blind = VIEWS[view](found)
     return ElementView(names, values, np.asarray(J @ found.Q @ J.T), near_blind)
+
+
+def view_changes(found: AbsoluteOrientation, view: str, changes: FloatArray) -> FloatArray:
+    """(..., 7) changes of the elements of a view, from those of r, ln H and the ground position of the model centre."""
+    to_origin = origin_by_centre(Similarity(found.rotation, found.H, found.X0), found.model_centre)
+    J = VIEWS[view](found)[2] @ to_origin
+    return np.asarray(changes @ J.T)
 
 
 Parts = tuple[tuple[str, ...], FloatArray, FloatArray, bool]

@@ -30,7 +30,8 @@ class Blocks:
     `root` S (n, m, k); `inverse` S^+ (n, k, m); `design` A (n, k, u) by the rim; `residuals` v (n, k) = adjusted minus
     observed; `own` B (n, k, p) by the unknowns o of the block alone, of rank `own_rank` (n,); None without any.
     `tested` (n, k) marks the observations that there are (False: a coordinate that was not given), `rank` (n,) of S
-    counts them; None: all k, and m.
+    counts them; None: all k, and m. `weights` (n, k): (Q^-1)_ii of each observation where S is the root of a weight
+    that several observations of the block make together, `inverse` then Q S'; None: P_ii of S'S.
     """
 
     root: FloatArray
@@ -41,6 +42,7 @@ class Blocks:
     own_rank: IntArray | None = None
     tested: BoolArray | None = None
     rank: IntArray | None = None
+    weights: FloatArray | None = None
 
     @property
     def freedom(self) -> IntArray:
@@ -225,7 +227,8 @@ def _tests(
     M = N - Q_1 @ Q_1.transpose(0, 2, 1)
     own_block = turned @ M @ S
     Pv = (turned @ (S @ blocks.residuals[:, :, None]))[:, :, 0]
-    P_ii, d = np.sum(S**2, axis=1), np.diagonal(own_block, axis1=1, axis2=2)
+    P_ii = np.sum(S**2, axis=1) if blocks.weights is None else blocks.weights
+    d = np.diagonal(own_block, axis1=1, axis2=2)
     given = P_ii > 0 if blocks.tested is None else blocks.tested & (P_ii > 0)
     share = np.where(given, np.maximum(d, 0.0) / np.where(given, P_ii, 1.0), np.nan)
     tested = given & (share > UNTESTED)

@@ -10,9 +10,9 @@ from pathlib import Path
 from sqlalchemy import Connection
 
 from orient.errors import OrientError, ProjectError, UsageError
-from orient.store import verify
+from orient.store import images, verify
 from orient.store.error_map import translated
-from orient.store.errors import Corrupt, ReadOnly, Stopped
+from orient.store.errors import Corrupt, DiskFull, Locked, OutOfMemory, ReadOnly, Stopped
 from orient.store.fingerprint import check_pages
 from orient.store.format import Format, current_format
 from orient.store.gate import Gated, pass_gate, recover, require_writable, tidy
@@ -60,8 +60,8 @@ def check_project(path: str | os.PathLike[str], progress: verify.Progress | None
         look = preflight(path, form)
         report.add("file", True, f"an orient project of format {form.version}, {look.size} bytes")
         _check_open_file(report, look, form, progress)
-    except (UsageError, Stopped):
-        raise
+    except (UsageError, Stopped, Locked, DiskFull, OutOfMemory):
+        raise  # they say nothing about the file
     except OrientError as error:
         report.add("file", False, f"{error.message} {error.hint}".strip())
     return report
@@ -118,11 +118,23 @@ def _check_ledger(report: CheckReport, connection: Connection, form: Format, pro
         ("rows", lambda: verify.strange_rows(connection), "every row belongs to the stage of its run"),
         ("digests", lambda: verify.broken_runs(connection, form, progress), "all inputs and results as sealed"),
         ("selections", lambda: verify.broken_selections(connection), "all name results of their stage"),
+        *_attached(connection),
     )
     for name, find, clean in parts:
         problems = list(_readable(find))
         shown = "; ".join(problems[:SHOWN]) + (f"; and {len(problems) - SHOWN} more" if len(problems) > SHOWN else "")
         report.add(name, not problems, shown or clean)
+
+
+def _attached(connection: Connection) -> Iterator[tuple[str, Callable[[], Iterable[str]], str]]:
+    """Lines about an image and a manifest, where there is one."""
+    embedded = "SELECT count(*) FROM main.image WHERE n_parts > 0"
+    if connection.exec_driver_sql("SELECT count(*) FROM main.image").scalar_one():
+        count = connection.exec_driver_sql(embedded).scalar_one()
+        told = "as its SHA-256 says" if count else "known by its SHA-256 only"
+        yield "image", lambda: images.broken_images(connection), told
+    if connection.exec_driver_sql("SELECT count(*) FROM main.sealed_file").scalar_one():
+        yield "manifest", lambda: images.broken_manifests(connection), "tells the digests of the ledger"
 
 
 def _readable(find: Callable[[], Iterable[str]]) -> Iterator[str]:
@@ -134,7 +146,7 @@ def _tidy_journal(report: CheckReport, look: Preflight, form: Format) -> None:
     if look.journal != "stale" or not report.ok:
         return
     gated: Gated | None = None
-    with suppress(ReadOnly):
+    with suppress(ReadOnly, Locked):
         require_writable(look.path)
         gated = pass_gate(look, "write", form, with_checks=False)
         with translated(look.path, gated.watch):

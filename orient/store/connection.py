@@ -16,6 +16,7 @@ Mode = Literal["read", "write"]
 BUSY_TIMEOUT_S = 30.0
 OPERATIONS_BETWEEN_LOOKS = 10_000
 HEAP_LIMIT_BYTES = 512 * 2**20
+SPILL = "PRAGMA cache_spill=ON"
 
 SPILL_PAGES = 65_536
 """256 MB of pages of 4096 bytes: a larger append goes through the file, so that its memory is bounded."""
@@ -93,6 +94,14 @@ def _harden(connection: sqlite3.Connection, watch: Watch) -> None:
     connection.set_authorizer(watch.authorize)
 
 
+def let_spill(connection: Connection) -> None:
+    """Let a large append go to the disk before its end: only into a file that nobody else knows yet.
+
+    SQLite passes it over within a transaction, so it goes through the driver.
+    """
+    connection.connection.driver_connection.execute(SPILL).fetchall()  # type: ignore[union-attr]
+
+
 def compact_into(source: Path, target: Path) -> None:
     """Write the content of an examined file into an existing empty one, without free pages (VACUUM INTO).
 
@@ -102,6 +111,7 @@ def compact_into(source: Path, target: Path) -> None:
     try:
         connection.set_authorizer(None)
         connection.setlimit(sqlite3.SQLITE_LIMIT_ATTACHED, 1)
+        connection.execute(SPILL).fetchall()
         connection.execute("VACUUM INTO ?", (os.fspath(target),))
     finally:
         connection.close()

@@ -1,8 +1,10 @@
-"""`orient backup` and `orient receive`: a copy gets its name only after every digest in it was found good."""
+"""`orient backup`, `receive` and `seal`: a copy gets its name only after every digest in it was found good."""
 
 import hashlib
 import os
 import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -11,13 +13,14 @@ from sqlalchemy import Connection
 
 from orient.errors import OrientError, ProjectError
 from orient.store import verify
-from orient.store.connection import compact_into, open_engine
-from orient.store.error_map import translated
+from orient.store.connection import compact_into, let_spill, open_engine
+from orient.store.error_map import NO_SPACE, translated
 from orient.store.fingerprint import check_fingerprint, check_pages
 from orient.store.format import Format, current_format
 from orient.store.gate import recover
 from orient.store.new_file import SIDE_FILES, make_file, new_name, temporary_file
 from orient.store.preflight import preflight, real_path
+from orient.store.project import Project, open_project
 from orient.store.watch import Watch
 
 CHUNK = 2**20
@@ -85,11 +88,38 @@ def receive_project(
     return _copied(name, runs[0])
 
 
+def seal_project(
+    source: str | os.PathLike[str],
+    target: str | os.PathLike[str],
+    add: Callable[[Project], None],
+    progress: verify.Progress | None = None,
+    replace: bool = False,
+) -> Copied:
+    """A compacted copy of one moment, to which `add` appends what goes along before it is verified and named."""
+    form = current_format()
+    name = new_name(target, replace)
+    with open_project(source) as project:  # undoes what was interrupted, refuses what is not sound at first sight
+        path = project.path
+
+    def write(temporary: Path) -> None:
+        with translated(path, Watch()):
+            compact_into(path, temporary)
+        with Project(preflight(temporary, form), "write", form, with_checks=False) as copy:
+            copy.let_spill()
+            add(copy)
+        runs.append(_verified(temporary, form, path, progress))
+
+    runs: list[int] = []
+    make_file(name, write, path.stat().st_mode & 0o777, replace)
+    return _copied(name, runs[0])
+
+
 def copy_pages(source: Path, target: Path) -> None:
     """Copy through SQLite, from a second connection that only reads (a writing one would wait for itself)."""
     readers, writers = open_engine(source, "read", Watch()), open_engine(target, "write", Watch())
     try:
         with translated(source, Watch()), readers.connect() as reader, writers.connect() as writer:
+            let_spill(writer)
             into = writer.connection.driver_connection
             reader.connection.driver_connection.backup(into)  # type: ignore[union-attr]
     finally:
@@ -118,11 +148,18 @@ def _count_runs(connection: Connection) -> int:
 
 def _verified_stranger(raw: Path, form: Format, source: Path, progress: verify.Progress | None) -> None:
     """The same examination, preceded by that of the header; messages name the file that was sent."""
-    try:
+    with _told_as(source, raw):
         preflight(raw, form)
         _verified(raw, form, source, progress)
+
+
+@contextmanager
+def _told_as(name: Path, temporary: Path) -> Iterator[None]:
+    """Messages name the file that the user knows."""
+    try:
+        yield
     except OrientError as error:
-        error.message = error.message.replace(str(raw), str(source))
+        error.message = error.message.replace(str(temporary), str(name))
         raise
 
 
@@ -143,6 +180,8 @@ def _copy_bytes(source: Path, target: Path) -> None:
             shutil.copyfileobj(reader, writer, CHUNK)
             after = os.fstat(reader.fileno())
     except OSError as error:
+        if error.errno in NO_SPACE:
+            raise
         raise ProjectError(f"{source} cannot be copied: {error.strerror}.") from None
     if (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns):
         raise ProjectError(f"{source} changed while it was read.", "Try again.")

@@ -10,7 +10,7 @@ from typing import Protocol
 
 from orient.store.format import current_format
 from orient.store.plain import PlainTable, plain_tables
-from orient.values import Event, Scalar, Settings, Tables
+from orient.values import Blob, Event, Scalar, Settings, Tables
 
 OWN_CONTENT = "content"
 """Role of a run without inputs (an imported list): its input digest goes over its own output digest."""
@@ -104,6 +104,8 @@ def _tokens(values: Sequence[Scalar]) -> tuple[str, Iterable[str]]:
         return "%s", [f'"f:{(value + 0.0).hex()}"' if type(value) is float else canonical(value) for value in values]
     if kinds == {str}:
         words = {word: encode_basestring_ascii(f"s:{word}") for word in set(values)}
+    elif Blob in kinds:
+        return "%s", [canonical(value) for value in values]
     else:
         words = {word: canonical(word) for word in set(values)}
     return "%s", [words[word] for word in values]
@@ -125,9 +127,9 @@ def plain_json(value: object) -> str:
 
 
 def _hex_floats(value: object) -> object:
-    """Floats become `f:` + hex and texts get `s:` before them, so that no text can look like a number."""
+    """Floats become `f:` + hex, texts get `s:` and bytes `b:` before them, so that none can look like another."""
     if isinstance(value, str):
-        return "s:" + value
+        return ("b:" if isinstance(value, Blob) else "s:") + value
     if isinstance(value, float):
         return "f:" + (value + 0.0).hex()
     if isinstance(value, bytes):  # never stored by orient, but a forger may

@@ -1,5 +1,6 @@
 """SQLite's errors as sentences for people, by error name and never by message text (RELIABILITY.md 4.6)."""
 
+import errno
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,6 +16,7 @@ from orient.store.errors import (
     Locked,
     NeedsRecovery,
     OurFault,
+    OutOfMemory,
     ReadOnly,
     Replaced,
     Stopped,
@@ -22,8 +24,14 @@ from orient.store.errors import (
 )
 from orient.store.watch import Watch
 
+NO_SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+NO_RIGHT = (errno.EROFS, errno.EACCES, errno.EPERM)
 BUSY = ("SQLITE_BUSY", "SQLITE_LOCKED")
 WAITED_S = 30
+LARGEST_VALUE = 64 * 2**20
+"""Bytes; a smaller file cannot hold a value that passes the limit of the connection."""
+NOTHING_STORED = "Nothing of this step was stored."
+"""True also for a command of several steps, of which the first ones are stored and were reported."""
 REPORT = "This is a mistake in orient; please report it."
 
 
@@ -42,6 +50,24 @@ def translated(path: Path, watch: Watch) -> Iterator[None]:
         raise explain(error.orig or error, path, watch) from error
 
 
+@contextmanager
+def disk_errors(path: Path) -> Iterator[None]:
+    """Errors of the system while files are made, named or read leave as `OrientError` about `path`."""
+    try:
+        yield
+    except OSError as error:
+        raise explain_os(error, path) from error
+
+
+def explain_os(error: OSError, path: Path) -> OrientError:
+    """The `OrientError` for an error of the system at `path`."""
+    if error.errno in NO_SPACE:
+        return _disk_full(path, "")
+    if error.errno in NO_RIGHT:
+        return _read_only(path, "")
+    return _storage(path, error.strerror or type(error).__name__)
+
+
 def error_name(error: BaseException) -> str:
     """SQLite's extended error name, e.g. SQLITE_IOERR_WRITE; empty if the error is not SQLite's."""
     original = error.orig if isinstance(error, DBAPIError) else error
@@ -55,7 +81,7 @@ def is_busy(error: BaseException) -> bool:
 def explain(error: BaseException, path: Path, watch: Watch) -> OrientError:
     """The `OrientError` for an error that came out of SQLite while `path` was open."""
     if isinstance(error, MemoryError):
-        return _hostile(path, "a value too large for memory")
+        return _no_memory(path, watch)
     if isinstance(error, UnicodeDecodeError):
         return Corrupt(f"{path} is damaged (text that is not UTF-8).", "Use a backup. Nothing was changed.")
     if isinstance(error, UnicodeEncodeError):
@@ -90,15 +116,21 @@ def _hostile(path: Path, what: str) -> ProjectError:
     return Hostile(f"{path} contains content orient never writes ({what}). It was not opened.")
 
 
+def _no_memory(path: Path, watch: Watch) -> OrientError:
+    """While a large file is examined, a value of its own that passes all limits; else the machine's memory is full."""
+    size = path.stat().st_size if path.exists() else 0
+    if watch.phase == "setup" and size > LARGEST_VALUE:
+        return _hostile(path, "a value too large for memory")
+    message = f"not enough memory for {path} ({size / 1e6:.1f} MB). {NOTHING_STORED}"
+    return OutOfMemory(message, "Give fewer points, or a machine with more memory.")
+
+
 def _locked(path: Path, name: str) -> ProjectError:
-    return Locked(
-        f"{path} is being written by another orient command (waited {WAITED_S} s). Nothing was changed.",
-        "Run the command again.",
-    )
+    return Locked(f"{path} is in use by another command (waited {WAITED_S} s). {NOTHING_STORED}", "Run it again.")
 
 
 def _disk_full(path: Path, name: str) -> ProjectError:
-    return DiskFull(f"No space left while writing {path}. The project is unchanged.", "Free some space and run again.")
+    return DiskFull(f"No space left while writing {path}. {NOTHING_STORED}", "Free some space and run again.")
 
 
 def _needs_recovery(path: Path, name: str) -> ProjectError:
@@ -108,10 +140,9 @@ def _needs_recovery(path: Path, name: str) -> ProjectError:
     )
 
 
-def _replaced(path: Path, name: str) -> ProjectError:
-    return Replaced(
-        f"{path} was replaced while this command waited (an upgrade?). Nothing was written.", "Run it again."
-    )
+def replaced(path: Path, name: str = "") -> ProjectError:
+    message = f"{path} was replaced or removed while this command worked (an upgrade?)."
+    return Replaced(f"{message} {NOTHING_STORED}", "Run it again.")
 
 
 def _read_only(path: Path, name: str) -> ProjectError:
@@ -120,7 +151,7 @@ def _read_only(path: Path, name: str) -> ProjectError:
 
 def _storage(path: Path, name: str) -> ProjectError:
     return StorageError(
-        f"The disk reported an error at {path} ({name.removeprefix('SQLITE_')}). The project is unchanged.",
+        f"The disk reported an error at {path} ({name.removeprefix('SQLITE_')}). {NOTHING_STORED}",
         "Check it with: orient check",
     )
 
@@ -133,7 +164,7 @@ TABLE = (
     (BUSY, _locked),
     (("SQLITE_FULL", "SQLITE_IOERR_WRITE"), _disk_full),
     (("SQLITE_READONLY_ROLLBACK", "SQLITE_READONLY_RECOVERY"), _needs_recovery),
-    (("SQLITE_READONLY_DBMOVED",), _replaced),
+    (("SQLITE_READONLY_DBMOVED",), replaced),
     (("SQLITE_READONLY", "SQLITE_CANTOPEN", "SQLITE_PERM"), _read_only),
     (("SQLITE_IOERR",), _storage),
     (("SQLITE_TOOBIG", "SQLITE_AUTH", "SQLITE_NOMEM"), _too_big),

@@ -27,12 +27,20 @@ class Replaced(ProjectError):
     """The file was replaced, or its schema changed, while this command waited."""
 
 
+class ChangedMeanwhile(ProjectError):
+    """Another command made a new version of what was read."""
+
+
 class Corrupt(ProjectError):
     """The file is damaged."""
 
 
 class Hostile(ProjectError):
     """The file holds something that orient never writes, or that takes too long to read."""
+
+
+class OutOfMemory(OrientError):
+    """The machine has less memory than this project needs (exit code 1); the file is not to blame."""
 
 
 class Stopped(OrientError):

@@ -14,7 +14,12 @@ VIEWS_FILE = Path(__file__).with_name("views.sql")
 SEAL_EXEMPT = frozenset({"selection", "alembic_version"})
 """A selection comes after the seal; `alembic_version` has no run."""
 
-CTE_NAMES = frozenset({"stale", "along", "part", "by_source", "share", "answer", "ranked", "median"})
+CTE_NAMES = frozenset(
+    {
+        "stale", "along", "part", "by_source", "share", "answer", "ranked", "median", "influence", "given", "told",
+        "pair", "side", "rests", "computed", "used", "ranked_image", "ranked_ground",
+    }
+)  # fmt: skip
 """Names of WITH clauses in views.sql; the authorizer lets them through."""
 
 

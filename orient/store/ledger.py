@@ -8,15 +8,15 @@ from collections.abc import Mapping
 from datetime import UTC, datetime
 from functools import cache
 from importlib import metadata
-from itertools import zip_longest
+from itertools import chain, starmap, zip_longest
+from operator import eq
 
 from sqlalchemy import Connection
 
 import orient
-from orient.errors import ProjectError
 from orient.store.chain import run_record_digest, selection_record_digest
 from orient.store.digest import OWN_CONTENT, Content, content_of, input_digest, plain_json
-from orient.store.errors import OurFault, StorageError
+from orient.store.errors import ChangedMeanwhile, OurFault, StorageError
 from orient.store.format import Format
 from orient.store.plain import require_own_tables
 from orient.store.rows import StoredTable, insert_rows, stored_tables
@@ -57,7 +57,7 @@ def append(connection: Connection, new: NewRun, form: Format) -> RunInfo:
     content = new.content or content_of(new.outcome.tables, new.outcome.events)
     run_id = _insert_header(connection, new)  # first: a read-only file is noticed here
     _insert_inputs(connection, run_id, new, content.digest)
-    count = insert_rows(connection, run_id, content.tables)
+    count = insert_rows(connection, run_id, content.tables, form)
     _compare(stored_tables(connection, run_id, new.stage, form), content)
     _seal(connection, run_id, new, count, content.digest)
     if new.select and not new.outcome.error:
@@ -70,7 +70,16 @@ def check_heads(connection: Connection, expected: Mapping[str, int | None]) -> N
     query = "SELECT run_id FROM main.selection WHERE stage = ? ORDER BY selection_id DESC LIMIT 1"
     for stage, run_id in expected.items():
         if connection.exec_driver_sql(query, (stage,)).scalar() != run_id:
-            raise ProjectError(f"{stage} was changed meanwhile by another command; run again.", "Nothing was stored.")
+            message = f"{stage} was changed meanwhile by another command; run again."
+            raise ChangedMeanwhile(message, "Nothing was stored.")
+
+
+def same_run(connection: Connection, new: NewRun) -> RunInfo | None:
+    """The newest run of the stage, if it is what is to be stored `once`: same inputs and settings, same ending."""
+    if not new.once:
+        return None
+    last = runs_where(connection, "r.run_id = (SELECT max(run_id) FROM main.stage_run WHERE stage = ?)", (new.stage,))
+    return next((run for run in last if (run.input_digest, run.error) == (new.input_digest, new.outcome.error)), None)
 
 
 def _insert_header(connection: Connection, new: NewRun) -> int:
@@ -101,7 +110,8 @@ def _compare(stored: Mapping[str, StoredTable], meant: Content) -> None:
     """Every value as meant; the types of stored values are those of their columns, the tables are STRICT."""
     for name, table in stored.items():
         expected = meant.tables[name].chunks() if name in meant.tables else ()
-        if any(there != wanted for there, wanted in zip_longest(table.chunks(), expected)):
+        pairs = zip_longest(chain.from_iterable(table.chunks()), chain.from_iterable(expected))
+        if not all(starmap(eq, pairs)):
             raise StorageError("What was read back is not what was written. Nothing was stored.", "Check the disk.")
 
 
@@ -115,13 +125,15 @@ def _seal(connection: Connection, run_id: int, new: NewRun, count: int, digest: 
     )
 
 
-def select(connection: Connection, stage: str, run_id: int, actor: str, reason: str) -> None:
-    """Make a run the current version of its stage by adding a row."""
+def select(connection: Connection, stage: str, run_id: int, actor: str, reason: str) -> str:
+    """Make a run the current version of its stage by adding a row; the digest of that row."""
     last = connection.exec_driver_sql("SELECT coalesce(max(selection_id), 0) FROM main.selection").scalar_one()
     newest = connection.exec_driver_sql("SELECT max(run_id) FROM main.stage_run").scalar_one()
     row = (last + 1, stage, run_id, actor, reason, now(), newest)
+    digest = selection_record_digest(connection, row)
     connection.exec_driver_sql(
         "INSERT INTO selection (selection_id, stage, run_id, actor, reason, selected_at, after_run_id, record_digest) "
         "VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-        (*row, selection_record_digest(connection, row)),
+        (*row, digest),
     )
+    return digest

@@ -1,13 +1,16 @@
 """Files that appear under their name only when they are whole."""
 
+import errno
 import os
 import secrets
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from orient.errors import ProjectError, UsageError
-from orient.store.errors import ReadOnly
+from orient.errors import OrientError, ProjectError, UsageError
+from orient.store.error_map import NO_SPACE, disk_errors
+from orient.store.errors import ReadOnly, StorageError
+from orient.store.preflight import is_open_here
 
 try:
     import fcntl
@@ -16,12 +19,14 @@ except ImportError:  # Windows
 
 PREFIX, SUFFIX = ".orient-", ".new"
 SIDE_FILES = ("-journal", "-wal", "-shm")
+NO_LINKS = (errno.EPERM, errno.EOPNOTSUPP, errno.ENOSYS, errno.EMLINK, errno.EXDEV)
+NO_SYNC = (errno.EINVAL, errno.EBADF, errno.EROFS)
 LONGEST_NAME = 240
 """Bytes; file systems take 255, a journal beside it needs some."""
 
 
-def new_name(path: str | os.PathLike[str]) -> Path:
-    """The absolute path of a file that does not exist yet; an existing name is a `ProjectError`."""
+def new_name(path: str | os.PathLike[str], replace: bool = False) -> Path:
+    """The absolute path of a new project; an existing name is a `ProjectError`, unless it may be replaced."""
     text = os.fspath(path)
     if not text or "\0" in text:
         raise UsageError("The name of the project is empty or contains a zero byte.", "Give the name of a file.")
@@ -30,21 +35,24 @@ def new_name(path: str | os.PathLike[str]) -> Path:
         raise UsageError(f"{text}: such a name belongs to SQLite's own files beside a project.", "Give another name.")
     if len(os.fsencode(target.name)) > LONGEST_NAME:
         raise UsageError(f"the name {target.name[:40]}... is too long.", "Give a shorter one.")
-    if os.path.lexists(target):
+    if os.path.lexists(target) and not replace:
         raise ProjectError(f"{text} exists.", "Give a new name.")
     if not target.parent.is_dir():
         raise ProjectError(f"the folder {target.parent} does not exist.", "Create it first.")
     return target
 
 
-def make_file(target: Path, write: Callable[[Path], None], mode: int = 0o600) -> None:
+def make_file(target: Path, write: Callable[[Path], None], mode: int = 0o600, replace: bool = False) -> None:
     """Let `write` fill a temporary file in the same folder, then give it its name; no trace if anything fails."""
-    with temporary_file(target.parent, mode) as temporary:
-        write(temporary)
+    with disk_errors(target), temporary_file(target.parent, mode) as temporary:
         try:
-            give_name(temporary, target)
+            write(temporary)
+            give_name(temporary, target, replace)
         except FileExistsError:
             raise ProjectError(f"{target} exists.", "Give a new name.") from None
+        except OrientError as error:
+            error.message = error.message.replace(str(temporary), str(target))
+            raise
 
 
 @contextmanager
@@ -53,15 +61,25 @@ def temporary_file(folder: Path, mode: int = 0o600) -> Iterator[Path]:
 
     The lock says that its maker lives. It is closed last: closing a file drops SQLite's own locks on it.
     """
-    _sweep(folder)
-    path = folder / f"{PREFIX}{secrets.token_hex(8)}{SUFFIX}"
-    descriptor = _created(path, mode)
+    sweep(folder)
+    path, descriptor = _made(folder, mode)
     try:
-        with suppress(OSError):
-            _lock(descriptor)
         yield path
     finally:
-        _remove(path)
+        with suppress(OSError):  # a disk that fails keeps it; the next command sweeps it away
+            _remove(path)
+        os.close(descriptor)
+
+
+def _made(folder: Path, mode: int) -> tuple[Path, int]:
+    """A locked file; one that another command swept away before it was locked is made again."""
+    while True:
+        path = folder / f"{PREFIX}{secrets.token_hex(8)}{SUFFIX}"
+        descriptor = _created(path, mode)
+        with suppress(OSError):
+            _lock(descriptor, patiently=True)
+        if os.fstat(descriptor).st_nlink:
+            return path, descriptor
         os.close(descriptor)
 
 
@@ -70,13 +88,17 @@ def _created(path: Path, mode: int) -> int:
     try:
         return os.open(path, flags, mode)
     except OSError as error:
+        if error.errno in NO_SPACE:
+            raise
         raise ReadOnly(f"{path.parent} cannot be written: {error.strerror}.", "Choose another folder.") from None
 
 
-def _sweep(folder: Path) -> None:
+def sweep(folder: Path) -> None:
     """Remove temporary files whose maker was killed: nobody holds their lock."""
     for left in folder.glob(f"{PREFIX}*{SUFFIX}"):
         with suppress(OSError):
+            if is_open_here(left):  # another name of a project that this process has open: closing drops its locks
+                continue
             descriptor = os.open(left, os.O_RDWR | getattr(os, "O_NOFOLLOW", 0))
             try:
                 _lock(descriptor)
@@ -85,11 +107,11 @@ def _sweep(folder: Path) -> None:
                 os.close(descriptor)
 
 
-def _lock(descriptor: int) -> None:
+def _lock(descriptor: int, patiently: bool = False) -> None:
     """Raise OSError if another command holds the file; where there are no such locks nothing is swept."""
     if fcntl is None:
         raise OSError("no locks")
-    fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    fcntl.flock(descriptor, fcntl.LOCK_EX if patiently else fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def _remove(path: Path) -> None:
@@ -107,19 +129,34 @@ def give_name(temporary: Path, target: Path, replace: bool = False) -> None:
     else:
         try:
             os.link(temporary, target)
-        except FileExistsError:
-            raise
-        except OSError:  # no hard links on this file system: reserve the name, then replace the reservation
-            os.close(os.open(target, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
-            temporary.replace(target)
-    sync_folder(target.parent)
+        except OSError as error:
+            if error.errno not in NO_LINKS:
+                raise
+            _replace_reservation(temporary, target)
+    sync_name(target)
 
 
-def sync_folder(folder: Path) -> None:
-    """Make the new name survive a power cut, where the system can."""
-    with suppress(OSError):  # a folder cannot be opened on Windows
-        descriptor = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
+def _replace_reservation(temporary: Path, target: Path) -> None:
+    """Where there are no hard links: reserve the name, then replace the reservation."""
+    os.close(os.open(target, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
+    try:
+        temporary.replace(target)
+    except OSError:
+        target.unlink()
+        raise
+
+
+def sync_name(path: Path) -> None:
+    """Make the name of a file survive a power cut, where the system can; the file itself was synced before."""
+    try:
+        descriptor = os.open(path.parent, os.O_RDONLY)
+    except OSError:  # a folder cannot be opened on Windows
+        return
+    try:
+        os.fsync(descriptor)
+    except OSError as error:
+        if error.errno not in NO_SYNC:
+            message = f"{path} is written, but the disk reported an error at its folder ({error.strerror})."
+            raise StorageError(message, f"Check it with: orient check {path.name}") from error
+    finally:
+        os.close(descriptor)

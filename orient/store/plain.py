@@ -10,7 +10,7 @@ from typing import Any
 from orient.store.errors import OurFault
 from orient.store.format import Format, TableShape
 from orient.store.stage_tables import EVENT_TABLE, STAGE_TABLES
-from orient.values import Columns, Event, Row, Scalar, Tables, as_list
+from orient.values import Blob, Columns, Event, Row, Scalar, Tables, as_list
 
 REAL_LIMIT = 1e15
 INTEGER_LIMIT = 2**63
@@ -124,8 +124,10 @@ def plain_column(values: Any, kind: str, table: str, column: str) -> Any:
 
 
 def plain_value(value: object, kind: str, table: str, column: str) -> Scalar:
-    """The value as str, int, float or None, as column type `kind` stores it; NaN, infinity, other types are refused."""
+    """The value as column type `kind` stores it: str, int, float, Blob or None. NaN, infinity, others are refused."""
     item = value.item() if hasattr(value, "item") else value
+    if isinstance(item, Blob) and kind == "BLOB":
+        return item
     if item is None or (kind == "TEXT" and isinstance(item, str)):
         return None if item is None else str(item)
     if kind == "REAL" and isinstance(item, int | float):

@@ -186,9 +186,9 @@ def _journal_state(journal: Path, is_written: bool) -> Journal:
             f"the file {journal.name} names another file. It was not written by orient and could delete that file.",
             "Move it away if you do not know it.",
         )
-    if head != JOURNAL_MAGIC:
-        return "stale"
-    return "live" if is_written else "hot"
+    if is_written:
+        return "live"  # its first bytes are written last
+    return "hot" if head == JOURNAL_MAGIC else "stale"
 
 
 def _ends(journal: Path) -> tuple[bytes, bytes]:

@@ -13,14 +13,15 @@ from sqlalchemy.exc import DBAPIError
 from orient.errors import UsageError
 from orient.store import runs
 from orient.store.asking import Answer, ask
-from orient.store.connection import Mode
+from orient.store.connection import Mode, let_spill
 from orient.store.digest import input_digest as input_digest
 from orient.store.digest import output_digest as output_digest
 from orient.store.error_map import error_name, explain, is_busy, translated
 from orient.store.errors import OurFault, ReadOnly, Replaced
 from orient.store.format import Format, current_format
 from orient.store.gate import Gated, pass_gate, recover, require_writable, tidy
-from orient.store.new_file import make_file, new_name
+from orient.store.images import image_bytes
+from orient.store.new_file import make_file, new_name, sweep
 from orient.store.plain import event_rows
 from orient.store.preflight import Preflight, preflight
 from orient.store.rows import StoredTable, stored_tables
@@ -130,6 +131,11 @@ class Project:
         with self.snapshot() as connection:
             return runs.events(connection, run_id)
 
+    def image(self, run_id: int) -> Iterator[bytes]:
+        """The bytes of an embedded image, part by part; an error at the end if they are not the file as sealed."""
+        with self.snapshot() as connection:
+            yield from image_bytes(connection, run_id)
+
     def digest_problems(self, run_id: int) -> list[str]:
         """What does not fit in the digests, the count and the ledger entry of one run; empty if all is as sealed."""
         from orient.store import verify
@@ -163,6 +169,15 @@ class Project:
 
     # ------------------------------------------------------------------------------------------ writing
 
+    def let_spill(self) -> None:
+        """Let a large append go to the disk before its end, so that memory stays bounded.
+
+        Only for a file that nobody else knows yet: readers are locked out meanwhile.
+        """
+        gated = self._open_gate()
+        with gated.watch.in_phase("setup"):
+            let_spill(gated.connection)
+
     def append(self, new: NewRun) -> RunInfo:
         """Store one run in one transaction: header, inputs, rows, events, seal, selection."""
         return self.append_all([new])[0]
@@ -175,7 +190,7 @@ class Project:
         def work(connection: Connection) -> list[RunInfo]:
             for run in new:
                 ledger.check_heads(connection, run.expected_heads)
-            return [ledger.append(connection, run, self._form) for run in new]
+            return [ledger.same_run(connection, run) or ledger.append(connection, run, self._form) for run in new]
 
         return self._write(work, self._are_stored)
 
@@ -186,7 +201,7 @@ class Project:
         run = self.run(stage, version)
         if run.status != "succeeded":
             raise UsageError(f"{stage} version {version} failed, it cannot be selected.", run.error)
-        self._write(lambda connection: ledger.select(connection, stage, run.run_id, actor, reason))
+        self._write(lambda connection: ledger.select(connection, stage, run.run_id, actor, reason), self._is_selected)
         return run
 
     def _write(self, work: Callable[[Connection], Result], is_stored: Callable[[Result], bool] | None = None) -> Result:
@@ -230,6 +245,12 @@ class Project:
                 return False
         return True
 
+    def _is_selected(self, record_digest: str) -> bool:
+        """As `_are_stored`, for a selection."""
+        query = "SELECT count(*) FROM main.selection WHERE record_digest = ?"
+        with self.snapshot() as connection:
+            return bool(connection.exec_driver_sql(query, (record_digest,)).scalar_one())
+
     def _open_gate(self) -> Gated:
         if self._is_closed:
             raise OurFault(f"{self.path} is closed")
@@ -247,6 +268,7 @@ def open_project(path: str | os.PathLike[str], mode: Mode = "read") -> Project:
     look = preflight(path, form)
     if mode == "write":
         require_writable(look.path)
+        sweep(look.path.parent)
     if look.journal == "hot":
         recover(look)
     project = Project(look, mode, form)

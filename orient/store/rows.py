@@ -10,20 +10,22 @@ from sqlalchemy import Connection
 from orient.store.format import Format, TableShape
 from orient.store.plain import CHUNK, PlainTable
 from orient.store.stage_tables import EVENT_TABLE, STAGE_TABLES
-from orient.values import Columns, Scalar
+from orient.values import Blob, Columns, Scalar
 
 Rows = list[tuple[Scalar, ...]]
 
 
-def insert_rows(connection: Connection, run_id: int, tables: Mapping[str, PlainTable]) -> int:
+def insert_rows(connection: Connection, run_id: int, tables: Mapping[str, PlainTable], form: Format) -> int:
     """Store the rows of a run; the number of rows."""
     driver = _driver(connection)
     for table, rows in tables.items():
         names = ", ".join(f'"{name}"' for name in ("run_id", *rows.names))
         marks = ", ".join("?" * len(rows.names))
         statement = f"INSERT INTO {table} ({names}) VALUES ({int(run_id)}, {marks})"
+        has_bytes = _has_bytes(form.tables[table])
         for some in rows.chunks():
-            driver.executemany(statement, some)
+            # bytes are fetched as they are stored: one part of an image in memory at a time
+            driver.executemany(statement, (tuple(map(_fetched, row)) for row in some) if has_bytes else some)
     return sum(map(len, tables.values()))
 
 
@@ -65,6 +67,9 @@ class StoredTable:
         order = ", ".join(f'"{name}"' for name in self.shape.key)
         query = f"SELECT {names} FROM main.{self.table} WHERE run_id = ? ORDER BY {order}"
         cursor = self.driver.execute(query, (self.run_id,))
+        if _has_bytes(self.shape):
+            yield from ([tuple(map(_told, row))] for row in cursor)
+            return
         while rows := cursor.fetchmany(CHUNK):
             self.seen(len(rows))
             yield rows
@@ -95,3 +100,15 @@ def _driver(connection: Connection) -> sqlite3.Connection:
     driver = connection.connection.driver_connection
     assert isinstance(driver, sqlite3.Connection)
     return driver
+
+
+def _has_bytes(shape: TableShape) -> bool:
+    return any(kind == "BLOB" for _, kind in shape.columns)
+
+
+def _fetched(value: Scalar) -> Scalar | bytes:
+    return value.read() if isinstance(value, Blob) and value.read is not None else value
+
+
+def _told(value: Scalar | bytes) -> Scalar:
+    return Blob(value) if isinstance(value, bytes) else value

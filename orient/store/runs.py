@@ -39,6 +39,7 @@ class NewRun:
     """A run that is to be stored. `expected_heads`: stage -> run_id that must still be current (None: no head).
 
     `content`: the rows of the outcome as they will be stored, if they are known already.
+    `once`: if another command has stored the same run meanwhile, that one is taken and nothing is stored.
     """
 
     stage: str
@@ -52,6 +53,7 @@ class NewRun:
     reason: str
     select: bool = True
     content: Content | None = None
+    once: bool = False
 
 
 RUNS = """

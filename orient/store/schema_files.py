@@ -62,7 +62,7 @@ def _rebuilt(name: str, old: str, new: str) -> Iterator[str]:
 
 
 def _columns(create: str) -> list[str]:
-    return re.findall(r'^\t"?(\w+)"? (?:INTEGER|REAL|TEXT)', create, re.MULTILINE)
+    return re.findall(r'^\t"?(\w+)"? (?:INTEGER|REAL|TEXT|BLOB)', create, re.MULTILINE)
 
 
 def frozen_tables(texts: list[str]) -> dict[str, str]:

@@ -78,7 +78,11 @@ STAGE_TABLES: dict[str, tuple[str, ...]] = {
         "absolute_alternative",
         "absolute_small_angle",
         "model_ground_point",
+        *TEST_TABLES,
+        "external_reliability",
     ),
+    "image": ("image", "image_part"),
+    "seal": ("sealed_file", "sealed_run"),
     "verify": ("verified_run", "verified_difference", "independent_solution", "simulated_spread"),
 }
 

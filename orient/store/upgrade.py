@@ -12,13 +12,13 @@ from orient.store import verify
 from orient.store.connection import open_engine
 from orient.store.copies import copy_pages
 from orient.store.creation import build, migrations_folder
-from orient.store.error_map import translated
+from orient.store.error_map import disk_errors, replaced, translated
 from orient.store.fingerprint import check_fingerprint, check_pages
 from orient.store.format import Format, current_format
 from orient.store.gate import recover, require_writable
 from orient.store.guards import quoted
-from orient.store.new_file import sync_folder, temporary_file
-from orient.store.preflight import Preflight, preflight
+from orient.store.new_file import sync_name, temporary_file
+from orient.store.preflight import Preflight, identity, preflight
 from orient.store.watch import Watch
 
 
@@ -43,12 +43,14 @@ def upgrade_project(
     require_writable(look.path)
     if look.journal == "hot":
         recover(look)
-    watch = Watch()
+    file, watch = identity(look.path), Watch()
     engine = open_engine(look.path, "write", watch)
     try:
         with translated(look.path, watch), engine.connect() as original:
             original.execution_options(immediate=True)
             with original.begin():  # nobody else writes until the new file is in place
+                if identity(look.path) != file:
+                    raise replaced(look.path)
                 before = int(original.exec_driver_sql("PRAGMA main.user_version").scalar_one())
                 if before == form.version:
                     return Upgraded(before, before, None)
@@ -60,15 +62,27 @@ def upgrade_project(
 
 def _upgrade(look: Preflight, before: int, form: Format, migrations: Path) -> Upgraded:
     backup = look.path.with_name(f"{look.path.name}.bak-{before:04d}")
-    if os.path.lexists(backup):
-        raise ProjectError(f"{backup} exists.", "Move the older backup away and run the upgrade again.")
-    with temporary_file(look.path.parent, look.path.stat().st_mode & 0o777) as copy:
+    _let_go(backup, look.path)
+    with disk_errors(look.path), temporary_file(look.path.parent, look.path.stat().st_mode & 0o777) as copy:
         copy_pages(look.path, copy)
         _migrate(copy, form, migrations)
         os.link(look.path, backup)
-        copy.replace(look.path)
-        sync_folder(look.path.parent)
+        try:
+            copy.replace(look.path)
+        except OSError:
+            backup.unlink(missing_ok=True)
+            raise
+        sync_name(look.path)
     return Upgraded(before, form.version, backup)
+
+
+def _let_go(backup: Path, project: Path) -> None:
+    """The name of the backup must be free; a killed upgrade can have given it to the project itself already."""
+    if not os.path.lexists(backup):
+        return
+    if not (backup.exists() and backup.samefile(project)):
+        raise ProjectError(f"{backup} exists.", "Move the older backup away and run the upgrade again.")
+    backup.unlink()
 
 
 def _migrate(path: Path, form: Format, migrations: Path) -> None:

@@ -13,6 +13,7 @@ from orient.store.chain import run_record_digest, selection_record_digest
 from orient.store.digest import OWN_CONTENT, input_digest, rows_digest
 from orient.store.error_map import error_name
 from orient.store.format import Format
+from orient.store.images import broken_images, broken_manifests
 from orient.store.rows import stored_tables
 from orient.store.runs import settings_from_json
 from orient.store.stage_tables import STAGE_TABLES
@@ -152,3 +153,5 @@ def all_problems(connection: Connection, form: Format, progress: Progress | None
     yield from strange_rows(connection)
     yield from broken_runs(connection, form, progress)
     yield from broken_selections(connection)
+    yield from broken_images(connection)
+    yield from broken_manifests(connection)

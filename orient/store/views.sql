@@ -447,7 +447,7 @@ ORDER BY e.run_id, e.point, instr('XYa', e.quantity), e.share_percent DESC;
 --   stage: stage
 --   version: version
 --   is_current: 1 for the current version
---   part: empty, or the sheet
+--   part: empty, or the sheet, or the zone
 --   component: empty, or N or E where they are adjusted apart
 --   redundancy: r
 --   statistic: v'Pv / sigma0^2 with the sigma0 a priori
@@ -467,8 +467,8 @@ ORDER BY t.run_id, t.part, t.component;
 --   stage: stage
 --   version: version
 --   is_current: 1 for the current version
---   kind: image | ground | coefficient | cross
---   part: sheet of a coefficient or cross
+--   kind: image | ground | coefficient | known | cross | model
+--   part: sheet of a coefficient or cross, zone of a model
 --   point: point or cross
 --   axis: coordinate, or name of the coefficient
 --   verdict: good | suspect | hardly checked | not checked
@@ -490,7 +490,7 @@ SELECT v.stage, v.version, v.is_current, o.kind, o.part, o.point, o.axis, o.verd
        o.rho, o.rho_with
 FROM observation_test AS o
 JOIN v_version AS v ON v.run_id = o.run_id
-LEFT JOIN adjustment_test AS t ON t.run_id = o.run_id AND (o.kind <> 'cross' OR t.part = o.part)
+LEFT JOIN adjustment_test AS t ON t.run_id = o.run_id AND (v.stage = 'resection' OR t.part = o.part)
     AND (t.component = '' OR t.component = o.axis)
 ORDER BY o.run_id, o.kind DESC, o.part, o.point, o.axis;
 
@@ -499,7 +499,7 @@ ORDER BY o.run_id, o.kind DESC, o.part, o.point, o.axis;
 --   version: version
 --   is_current: 1 for the current version
 --   seq: order of the decisions
---   part: sheet of a cross
+--   part: sheet of a cross, zone of a model
 --   point: point or cross
 --   observation: the observation with the largest |w| or |tau|
 --   decided_by: snooping | hand | robust
@@ -734,3 +734,319 @@ SELECT v.version, v.is_current, p.zone, p.point, p.role, p."X_m", p."Y_m", p."Z_
        sqrt(p."cov_XX_m2") AS "sigma_X_m", sqrt(p."cov_YY_m2") AS "sigma_Y_m", sqrt(p."cov_ZZ_m2") AS "sigma_Z_m"
 FROM model_ground_point AS p JOIN v_version AS v ON v.run_id = p.run_id
 ORDER BY p.run_id, p.zone, p.point;
+
+-- v_influence: what each reading does to each element of the orientation: by how much it moved it, and carries it
+--   version: version of resection
+--   is_current: 1 for the current version
+--   element: rotation_1 rotation_2 rotation_3 (about grid east, grid north, up) X_S Y_S Z_S, f k1 ... of the camera
+--   kind: image | ground | coefficient | known
+--   part: sheet of a coefficient
+--   point: point; empty for a coefficient
+--   axis: coordinate, or name of the coefficient
+--   moved: element with the reading minus element without it, -(Q A'P e) (Pv) / (P Q_v P); NULL: without it there is none
+--   unit: deg | m, or as in camera_element
+--   moved_sigmas: the same in standard deviations of the element
+--   per_unit: change of the element by one unit of the reading, Q A'P e
+--   reading_unit: unit of the reading
+--   share_percent: share of the reading's own error in the variance of the element; NULL for coefficients (correlated)
+--   v: residual of the reading, adjusted minus observed
+--   redundancy_number: share of an error of the reading that shows in its residual
+CREATE VIEW v_influence AS
+WITH influence AS (
+    SELECT o.run_id, e.unknown, o.kind, o.part, o.point, o.axis, e.unit, e.effect, o.unit AS reading_unit,
+           o.smallest_error, o.share, o.w, o.v, o.redundancy_number, t.delta0, t.sigma0,
+           CASE e.unit WHEN 'deg' THEN 57.295779513082321 ELSE 1.0 END AS turn
+    FROM external_reliability AS e
+    JOIN observation_test AS o ON o.run_id = e.run_id AND o.kind = e.kind AND o.part = e.part AND o.point = e.point
+                               AND o.axis = e.axis
+    JOIN adjustment_test AS t ON t.run_id = e.run_id AND t.part = '' AND t.component = ''
+)
+SELECT v.version, v.is_current, i.unknown AS element, i.kind, i.part, i.point, i.axis,
+       -i.effect * i.w / i.delta0 AS moved, i.unit,
+       -i.effect * i.w / i.delta0 / nullif(i.turn * sqrt(a.variance_scale * q.value), 0.0) AS moved_sigmas,
+       i.effect / i.smallest_error AS per_unit, i.reading_unit,
+       CASE WHEN i.kind <> 'coefficient'
+            THEN 100.0 * i.effect * i.effect * i.share
+                 / nullif(i.delta0 * i.delta0 * i.sigma0 * i.sigma0 * i.turn * i.turn * q.value, 0.0)
+            END AS share_percent,
+       i.v, i.redundancy_number
+FROM influence AS i
+JOIN v_version AS v ON v.run_id = i.run_id
+JOIN orientation AS a ON a.run_id = i.run_id
+JOIN cofactor AS q ON q.run_id = i.run_id AND q.unknowns = 'rotation' AND q.unknown_i = i.unknown
+                   AND q.unknown_j = i.unknown
+ORDER BY i.run_id, i.unknown, i.kind DESC, i.part, i.point, i.axis;
+
+-- v_single_point: what rests on a single point, or on nothing that checks it
+--   stage: stage
+--   version: version
+--   is_current: 1 for the current version
+--   what: element | reading | adjustment | interior orientation | sheet
+--   subject: element, point and axis, or sheet
+--   rests_on: the point that carries it; empty: on as many observations as unknowns
+--   value: share_percent of the point in the variance of an element; share of an error of a reading that others see
+--   why: in words
+CREATE VIEW v_single_point AS
+SELECT v.stage, v.version, v.is_current, s.what, s.subject, s.rests_on, s.value, s.why
+FROM (
+    SELECT r.run_id, 1 AS place, 'element' AS what, i.element AS subject, i.point AS rests_on,
+           sum(i.share_percent) AS value, 'more than half of its variance comes from this point' AS why
+    FROM v_influence AS i JOIN stage_run AS r ON r.stage = 'resection' AND r.version = i.version
+    WHERE i.point <> ''
+    GROUP BY r.run_id, i.element, i.point HAVING sum(i.share_percent) > 50.0
+    UNION ALL
+    SELECT run_id, 2, 'reading', trim(part || ' ' || point || ' ' || axis), point, share,
+           CASE verdict WHEN 'not checked' THEN 'no other observation would show an error of it'
+                        ELSE 'the others see less than a tenth of an error of it' END
+    FROM observation_test
+    WHERE verdict IN ('not checked', 'hardly checked') AND kind IN ('image', 'ground', 'cross')
+    UNION ALL
+    SELECT run_id, 3, 'adjustment', 'exterior orientation', '', redundancy, 'as many observations as unknowns'
+    FROM orientation WHERE redundancy = 0
+    UNION ALL
+    SELECT run_id, 4, 'interior orientation', transformation, '', redundancy, 'as many marks as the parameters need'
+    FROM interior_orientation WHERE redundancy = 0
+    UNION ALL
+    SELECT run_id, 5, 'sheet', sheet, '', redundancy, 'as many crosses as coefficients'
+    FROM sheet_transform WHERE redundancy = 0
+) AS s JOIN v_version AS v ON v.run_id = s.run_id
+ORDER BY s.run_id, s.place, s.subject, s.rests_on;
+
+-- v_list_value: the numbers of the imported lists one by one, as they were given
+--   stage: photo | readings | sheet | control | model
+--   version: version
+--   is_current: 1 for the current version
+--   subject: point, cycle, mark, cross or part of the camera
+--   quantity: column of the list
+--   value: number or word; NULL = not given
+CREATE VIEW v_list_value AS
+WITH given AS (
+    SELECT run_id, kind || ' ' || point || ' cycle ' || cycle AS subject, quantity.column1 AS quantity,
+           CASE quantity.column1 WHEN 'x_mm' THEN x_mm WHEN 'y_mm' THEN y_mm WHEN 'col_px' THEN col_px
+                                 WHEN 'row_px' THEN row_px ELSE sigma END AS value
+    FROM comparator_reading, (VALUES ('x_mm'), ('y_mm'), ('col_px'), ('row_px'), ('sigma')) AS quantity
+    UNION ALL
+    SELECT run_id, 'point ' || point, quantity.column1,
+           CASE quantity.column1
+               WHEN 'role' THEN role WHEN 'B_deg' THEN "B_deg" WHEN 'L_deg' THEN "L_deg" WHEN 'E_m' THEN "E_m"
+               WHEN 'N_m' THEN "N_m" WHEN 'H_m' THEN "H_m" WHEN 'X_m' THEN "X_m" WHEN 'Y_m' THEN "Y_m"
+               WHEN 'Z_m' THEN "Z_m" WHEN 'cov_XX_m2' THEN "cov_XX_m2" WHEN 'cov_YY_m2' THEN "cov_YY_m2"
+               ELSE "cov_ZZ_m2" END
+    FROM control_point, (VALUES ('role'), ('B_deg'), ('L_deg'), ('E_m'), ('N_m'), ('H_m'), ('X_m'), ('Y_m'), ('Z_m'),
+                                ('cov_XX_m2'), ('cov_YY_m2'), ('cov_ZZ_m2')) AS quantity
+    UNION ALL
+    SELECT run_id, 'sheet ' || sheet || ' cross ' || "cross", quantity.column1,
+           CASE quantity.column1
+               WHEN 'role' THEN role WHEN 'X_mm' THEN "X_mm" WHEN 'Y_mm' THEN "Y_mm" WHEN 'B_deg' THEN "B_deg"
+               WHEN 'L_deg' THEN "L_deg" WHEN 'E_m' THEN "E_m" ELSE "N_m" END
+    FROM graticule_cross, (VALUES ('role'), ('X_mm'), ('Y_mm'), ('B_deg'), ('L_deg'), ('E_m'), ('N_m')) AS quantity
+    UNION ALL
+    SELECT run_id, 'sheet ' || sheet || ' point ' || point || ' cycle ' || cycle, quantity.column1,
+           CASE quantity.column1 WHEN 'X_mm' THEN "X_mm" WHEN 'Y_mm' THEN "Y_mm" WHEN 'H_m' THEN "H_m"
+                                 ELSE "sigma_H_m" END
+    FROM digitizer_reading, (VALUES ('X_mm'), ('Y_mm'), ('H_m'), ('sigma_H_m')) AS quantity
+    UNION ALL
+    SELECT run_id, 'zone ' || zone || ' point ' || point, quantity.column1,
+           CASE quantity.column1 WHEN 'x' THEN x WHEN 'y' THEN y ELSE z END
+    FROM model_point, (VALUES ('x'), ('y'), ('z')) AS quantity
+    UNION ALL
+    SELECT run_id, 'mark ' || mark, quantity.column1, CASE quantity.column1 WHEN 'x_mm' THEN x_mm ELSE y_mm END
+    FROM fiducial_mark, (VALUES ('x_mm'), ('y_mm')) AS quantity
+    UNION ALL
+    SELECT run_id, 'distortion', name, value FROM distortion_coefficient
+    UNION ALL
+    SELECT run_id, 'photo', quantity.column1,
+           CASE quantity.column1
+               WHEN 'name' THEN name WHEN 'f_mm' THEN f_mm WHEN 'x0_mm' THEN x0_mm WHEN 'y0_mm' THEN y0_mm
+               WHEN 'sigma_f_mm' THEN sigma_f_mm WHEN 'sigma_image_mm' THEN sigma_image_mm
+               WHEN 'pixel_size_mm' THEN pixel_size_mm WHEN 'refraction' THEN refraction
+               WHEN 'distortion_model' THEN distortion_model
+               WHEN 'interior_transformation' THEN interior_transformation
+               WHEN 'ground' THEN coalesce(ground_crs, ellipsoid, ground_kind)
+               WHEN 'ground_height_m' THEN ground_height_m WHEN 'camera_height_m' THEN camera_height_m
+               ELSE central_meridian_deg END
+    FROM photo, (VALUES ('name'), ('f_mm'), ('x0_mm'), ('y0_mm'), ('sigma_f_mm'), ('sigma_image_mm'), ('pixel_size_mm'),
+                        ('refraction'), ('distortion_model'), ('interior_transformation'), ('ground'),
+                        ('ground_height_m'), ('camera_height_m'), ('central_meridian_deg')) AS quantity
+)
+SELECT v.stage, v.version, v.is_current, g.subject, g.quantity, g.value
+FROM given AS g JOIN v_version AS v ON v.run_id = g.run_id
+WHERE g.value IS NOT NULL
+ORDER BY g.run_id, g.subject, g.quantity;
+
+-- v_version_change: what differs between any two versions of a stage: settings, inputs, software, numbers
+--   stage: stage
+--   first: earlier version
+--   second: later version
+--   what: setting | input | software | computation | outcome | list | element | sigma | excluded
+--   name: setting, input stage, row of a list, element, or point
+--   before: in the earlier version; NULL = not there
+--   after: in the later version; NULL = not there
+--   difference: after minus before, where both are numbers
+CREATE VIEW v_version_change AS
+WITH told AS (
+    SELECT r.run_id, 'setting' AS what, s.key AS name, s.value AS value
+    FROM stage_run AS r, json_each(r.settings) AS s WHERE r.stage IN (SELECT stage FROM v_dependency)
+    UNION ALL
+    SELECT i.run_id, 'input', i.role, r.version FROM run_input AS i JOIN stage_run AS r ON r.run_id = i.input_run_id
+    UNION ALL
+    SELECT run_id, 'software', 'orient and its libraries', tool_version
+    FROM stage_run WHERE stage IN (SELECT stage FROM v_dependency)
+    UNION ALL
+    SELECT run_id, 'computation', 'version of the computation', stage_version FROM stage_run
+    UNION ALL
+    SELECT run_id, 'outcome', 'status', status FROM run_seal
+    UNION ALL
+    SELECT run_id, 'outcome', 'sigma0_mm', sigma0_mm FROM orientation
+    UNION ALL
+    SELECT run_id, 'outcome', 'redundancy', redundancy FROM orientation
+    UNION ALL
+    SELECT run_id, 'excluded', trim(part || ' ' || point), reason FROM exclusion WHERE action = 'excluded'
+    UNION ALL
+    SELECT r.run_id, 'list', l.subject || ' ' || l.quantity, l.value
+    FROM v_list_value AS l JOIN stage_run AS r ON r.stage = l.stage AND r.version = l.version
+    UNION ALL
+    SELECT r.run_id, 'element', o.frame || ' ' || o.element || ' ' || o.unit, o.value
+    FROM v_orientation AS o JOIN stage_run AS r ON r.stage = 'resection' AND r.version = o.version
+    UNION ALL
+    SELECT r.run_id, 'sigma', o.frame || ' ' || o.element || ' ' || o.unit, o.sigma
+    FROM v_orientation AS o JOIN stage_run AS r ON r.stage = 'resection' AND r.version = o.version
+), pair AS (
+    SELECT a.stage, a.version AS first, b.version AS second, a.run_id AS run_1, b.run_id AS run_2
+    FROM stage_run AS a JOIN stage_run AS b ON b.stage = a.stage AND b.version > a.version
+), side AS (
+    SELECT p.stage, p.first, p.second, t.what, t.name,
+           max(CASE t.run_id WHEN p.run_1 THEN t.value END) AS before,
+           max(CASE t.run_id WHEN p.run_2 THEN t.value END) AS after
+    FROM pair AS p JOIN told AS t ON t.run_id IN (p.run_1, p.run_2)
+    GROUP BY p.stage, p.first, p.second, t.what, t.name
+)
+SELECT stage, first, second, what, name, before, after,
+       CASE WHEN typeof(before) IN ('real', 'integer') AND typeof(after) IN ('real', 'integer')
+            THEN after - before END AS difference
+FROM side WHERE before IS NOT after
+ORDER BY stage, first, second,
+         instr('outcome computation software setting input list excluded element sigma', what), name;
+
+-- v_list_use: every version of every imported list, and what was computed from it, also through other stages
+--   stage: photo | readings | sheet | control | model
+--   version: version of the list
+--   is_current: 1 for the current version
+--   given_at: when it was imported (UTC)
+--   actor: who gave it
+--   reason: why
+--   n_results: results that rest on it
+--   results: these results, in the order they were computed
+--   current_results: those of them that are current
+CREATE VIEW v_list_use AS
+WITH RECURSIVE rests(list_run, run_id) AS (
+    SELECT input_run_id, run_id FROM run_input WHERE input_run_id NOT IN (SELECT run_id FROM run_input)
+    UNION
+    SELECT rests.list_run, i.run_id FROM rests JOIN run_input AS i ON i.input_run_id = rests.run_id
+), computed AS (
+    SELECT rests.list_run, v.run_id, v.stage || ' ' || v.version AS result, v.is_current
+    FROM rests JOIN v_version AS v ON v.run_id = rests.run_id WHERE v.status = 'succeeded'
+)
+SELECT v.stage, v.version, v.is_current, v.started_at AS given_at, v.actor, v.reason,
+       (SELECT count(*) FROM computed WHERE list_run = v.run_id) AS n_results,
+       (SELECT coalesce(group_concat(result, ', '), '')
+        FROM (SELECT result FROM computed WHERE list_run = v.run_id ORDER BY run_id)) AS results,
+       (SELECT coalesce(group_concat(result, ', '), '')
+        FROM (SELECT result FROM computed WHERE list_run = v.run_id AND is_current ORDER BY run_id)) AS current_results
+FROM v_version AS v
+WHERE v.stage NOT IN (SELECT stage FROM v_dependency) AND v.run_id NOT IN (SELECT run_id FROM verified_run)
+ORDER BY v.run_id;
+
+-- v_sigma_use: which standard deviation was given, and which one the adjustment used
+--   version: version of resection
+--   is_current: 1 for the current version
+--   what: the observations or elements that are meant
+--   n: how many of them
+--   given: standard deviation that was given; of several the median; NULL = none
+--   used: standard deviation that was used as weight; NULL = taken as known
+--   unit: mm | m
+--   how: in words
+CREATE VIEW v_sigma_use AS
+WITH used AS (
+    SELECT o.run_id, o.sigma0_mm, o.sigma0_apriori_mm, o.variance_scale, o.variance_basis, r.settings,
+           photo.input_run_id AS photo_run, refine.input_run_id AS refine_run, top.input_run_id AS top_run
+    FROM orientation AS o
+    JOIN stage_run AS r ON r.run_id = o.run_id
+    JOIN run_input AS photo ON photo.run_id = o.run_id AND photo.role = 'photo'
+    JOIN run_input AS refine ON refine.run_id = o.run_id AND refine.role = 'refine'
+    JOIN run_input AS top ON top.run_id = o.run_id AND top.role = 'topocentric'
+), ranked_image AS (
+    SELECT u.run_id, sqrt(i.cov_xx_mm2) AS sigma, count(*) OVER of_run AS n,
+           row_number() OVER (PARTITION BY u.run_id ORDER BY i.cov_xx_mm2) AS place
+    FROM used AS u JOIN image_residual AS m ON m.run_id = u.run_id AND m.role = 'control'
+    JOIN image_point AS i ON i.run_id = u.refine_run AND i.point = m.point
+    WINDOW of_run AS (PARTITION BY u.run_id)
+), ranked_ground AS (
+    SELECT u.run_id, (g."cov_XX_m2" IS NOT NULL) AS has_sigma, sqrt(g."cov_XX_m2") AS sigma,
+           EXISTS (SELECT 1 FROM adjusted_point AS a WHERE a.run_id = u.run_id AND a.point = g.point) AS is_adjusted,
+           row_number() OVER (PARTITION BY u.run_id, g."cov_XX_m2" IS NOT NULL ORDER BY g."cov_XX_m2") AS place,
+           count(*) OVER (PARTITION BY u.run_id, g."cov_XX_m2" IS NOT NULL) AS n
+    FROM used AS u JOIN image_residual AS m ON m.run_id = u.run_id AND m.role = 'control'
+    JOIN topocentric_point AS g ON g.run_id = u.top_run AND g.point = m.point
+)
+SELECT v.version, v.is_current, s.what, s.n, s.given, s.used, s.unit, s.how
+FROM (
+    SELECT u.run_id, 1 AS place, 'one reading of an image coordinate' AS what, NULL AS n, p.sigma_image_mm AS given,
+           u.sigma0_apriori_mm AS used, 'mm' AS unit, 'sigma_image of photo.toml; unit of all weights' AS how
+    FROM used AS u JOIN photo AS p ON p.run_id = u.photo_run
+    UNION ALL
+    SELECT run_id, 2, 'image coordinates of the control', n, NULL, avg(sigma), 'mm',
+           'mean of the cycles, or as given for each reading; the median'
+    FROM ranked_image WHERE place IN ((n + 1) / 2, n / 2 + 1) GROUP BY run_id
+    UNION ALL
+    SELECT run_id, 3, 'unit weight of every stored standard deviation', NULL, sigma0_apriori_mm, sqrt(variance_scale),
+           'mm', 'sigma0 ' || variance_basis
+    FROM used
+    UNION ALL
+    SELECT run_id, 4, 'X of control with a standard deviation', n, avg(sigma),
+           CASE max(is_adjusted) WHEN 1 THEN avg(sigma) END, 'm',
+           CASE max(is_adjusted) WHEN 1 THEN 'weighted as given; the median'
+                                 ELSE 'given, but taken as known (--control fixed)' END
+    FROM ranked_ground WHERE has_sigma AND place IN ((n + 1) / 2, n / 2 + 1) GROUP BY run_id
+    UNION ALL
+    SELECT run_id, 5, 'control without a standard deviation', max(n), NULL, NULL, 'm', 'taken as known'
+    FROM ranked_ground WHERE NOT has_sigma GROUP BY run_id
+    UNION ALL
+    SELECT u.run_id, 6, 'focal length', 1, p.sigma_f_mm, c.sigma_apriori, 'mm',
+           CASE WHEN c.unknown IS NULL THEN 'taken as known' WHEN c.sigma_apriori IS NULL THEN 'estimated freely'
+                ELSE 'estimated, held by the given one' END
+    FROM used AS u JOIN photo AS p ON p.run_id = u.photo_run
+    LEFT JOIN camera_element AS c ON c.run_id = u.run_id AND c.unknown = 'f'
+) AS s JOIN v_version AS v ON v.run_id = s.run_id
+ORDER BY s.run_id, s.place;
+
+-- v_doubt: reasons not to take a current result for the last word
+--   stage: stage
+--   version: current version
+--   reason: stale | failed later | newer version | not verified | differs | selected by hand
+--   told: in words
+CREATE VIEW v_doubt AS
+SELECT stage, version, reason, told
+FROM (
+    SELECT s.stage, s.version, 1 AS place, 'stale' AS reason, s.why AS told
+    FROM v_stale AS s WHERE s.is_stale AND s.version IS NOT NULL
+    UNION ALL
+    SELECT c.stage, c.version, 2, 'failed later',
+           'version ' || v.version || ' of ' || substr(v.started_at, 1, 16) || ' failed: ' || v.error
+    FROM v_current AS c JOIN v_version AS v ON v.stage = c.stage AND v.run_id > c.run_id AND v.status = 'failed'
+    UNION ALL
+    SELECT c.stage, c.version, 3, 'newer version',
+           'version ' || v.version || ' by ' || v.actor || ' (' || v.reason || ') is not the current one: ' || c.reason
+    FROM v_current AS c JOIN v_version AS v ON v.stage = c.stage AND v.run_id > c.run_id AND v.status = 'succeeded'
+    UNION ALL
+    SELECT c.stage, c.version, 4, 'differs',
+           'verification of ' || substr(k.verified_at, 1, 16) || ': ' || k.n_different || ' values differ'
+    FROM v_current AS c JOIN v_verification AS k ON k.stage = c.stage AND k.version = c.version
+    WHERE k.verdict = 'differs' OR NOT k.is_same_run
+    UNION ALL
+    SELECT c.stage, c.version, 5, 'not verified', 'no verification has computed it again'
+    FROM v_current AS c
+    WHERE c.stage IN (SELECT stage FROM v_dependency)
+      AND NOT EXISTS (SELECT 1 FROM v_verification AS k WHERE k.stage = c.stage AND k.version = c.version)
+)
+ORDER BY place, stage;

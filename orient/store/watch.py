@@ -77,10 +77,13 @@ class Watch:
     def _is_allowed(self, action: int, first: str | None) -> bool:
         if self.phase == "setup" or action in READING or action == sqlite3.SQLITE_FUNCTION:
             return True
+        # json_each and the like announce their columns as updates of the schema table; query_only or a connection
+        # that only reads stand behind
+        announces = action == sqlite3.SQLITE_UPDATE and first in ("sqlite_master", "sqlite_schema")
+        if announces and self.phase in ("read", "query"):
+            return True
         if self.phase == "query":
-            # json_each and the like announce their columns as updates of the schema table; query_only stands behind
-            announces = action == sqlite3.SQLITE_UPDATE and first in ("sqlite_master", "sqlite_schema")
-            return announces or (action == sqlite3.SQLITE_PRAGMA and first in ASKED_PRAGMAS)
+            return action == sqlite3.SQLITE_PRAGMA and first in ASKED_PRAGMAS
         if action == sqlite3.SQLITE_PRAGMA:
             return first in OWN_PRAGMAS
         is_insert = action == sqlite3.SQLITE_INSERT and not str(first).startswith("sqlite_")

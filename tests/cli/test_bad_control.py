@@ -1,7 +1,7 @@
 """Control and geometry that must not be "solved": one row, one id of the catalogue, through the commands.
 
 C1 ... C20 and the scenes of weak geometry; each ends in the result that is promised or in a refusal with its message.
-C4 needs an unknown focal length, C18 and C19 a search for blunders.
+C4 is in tests/catalogue/control.py, C18 and C19 in test_blunders.py.
 """
 
 from csv import DictReader

@@ -13,75 +13,8 @@ from orient.cli import main
 from orient.errors import GeometryError, InputError, OrientError, Problem, ProjectError, UsageError
 from tests.cli.commands import AERIAL, ENTRY, ROOT, orient, orient_process
 
-HUGE = 2**63
 PROJECT = "PROJECT"
-"""Stands for the path of a project in the table."""
-
-# Not in the table, because no command has the option yet:
-#   E2 --seed, E4 --confidence (simulation and planning come later); E6-E10 --out (reports and exports come later).
-# Not in the table, because it cannot be brought about here:
-#   E17 an older Python or SQLite: pip refuses the one (requires-python), `orient check` names the other.
-# E15, E16, E18 and E19 have their own tests below.
-LINES: dict[str, tuple[tuple[object, ...], int, str]] = {
-    "E1 empty name, new": (("new", "", "--from", AERIAL), 2, "Give the name of a file."),
-    "E1 empty name, run": (("run", ""), 2, "Give the name of a file."),
-    "E1 empty name, status": (("status", ""), 2, "Give the name of a file."),
-    "E1 :memory: is a plain name": (("status", ":memory:"), 2, "no such project: :memory:"),
-    "E1 URI is a plain name": (("status", "file:x?mode=memory"), 2, "no such project: file:x?mode=memory"),
-    "E3 tolerance nan": (("resection", PROJECT, "--tolerance", "nan"), 2, "nan is not between 0 and 0.0001"),
-    "E3 tolerance inf": (("resection", PROJECT, "--tolerance", "inf"), 2, "inf is not between 0 and 0.0001"),
-    "E3 tolerance 0": (("resection", PROJECT, "--tolerance", "0"), 2, "0.0 is not between 0 and 0.0001"),
-    "E3 tolerance -1": (("resection", PROJECT, "--tolerance", "-1"), 2, "-1.0 is not between 0 and 0.0001"),
-    "E3 tolerance 1,5": (("resection", PROJECT, "--tolerance", "1,5"), 2, "'1,5' is not a valid float"),
-    "E5 no iterations": (("resection", PROJECT, "--max-iterations", "0"), 2, "range 1<=x<=1000"),
-    "E5 too many iterations": (("resection", PROJECT, "--max-iterations", "1000000000"), 2, "range 1<=x<=1000"),
-    "degree 0": (("digitize", PROJECT, "--degree", "0"), 2, "is not auto or one of 1, 2, 3, 4, 5"),
-    "degree 6": (("digitize", PROJECT, "--degree", "6"), 2, "is not auto or one of 1, 2, 3, 4, 5"),
-    "control": (("resection", PROJECT, "--control", "none"), 2, "auto, fixed, weighted"),
-    "variance": (("resection", PROJECT, "--variance", "none"), 2, "posteriori, priori"),
-    "decimal": (("add", PROJECT, "control", "x.csv", "-m", "x", "--decimal", "dot"), 2, "point or comma"),
-    "max rows": (("add", PROJECT, "control", "x.csv", "-m", "x", "--max-rows", "0"), 2, "range x>=1"),
-    "E11 unknown stage": (("show", PROJECT, "resect"), 2, "Stages are photo, readings"),
-    "E11 unknown stage, diff": (("diff", PROJECT, "resect", "1", "2"), 2, "There are runs of: photo, readings"),
-    "E11 unknown stage, select": (("select", PROJECT, "resect", "1", "-m", "x"), 2, "There are runs of: photo"),
-    "E11 unknown list": (("add", PROJECT, "points", "x.csv", "-m", "x"), 2, "Lists are photo, readings"),
-    "E11 unknown version": (("show", PROJECT, "photo", "--version", "2"), 2, "There are versions 1."),
-    "E11 unknown question": (("sql", PROJECT, "resid"), 2, "Questions are orientation"),
-    "E12 version 2^63": (("show", PROJECT, "photo", "--version", HUGE), 2, f"photo has no version {HUGE}"),
-    "E12 version -1": (("show", PROJECT, "photo", "--version", "-1"), 2, "range x>=1"),
-    "E12 select 2^63": (("select", PROJECT, "photo", HUGE, "-m", "x"), 2, f"photo has no version {HUGE}"),
-    "E12 diff 2^63": (("diff", PROJECT, "photo", "1", HUGE), 2, f"photo has no version {HUGE}"),
-    "E13 message": (("run", PROJECT, "-m", "\udcff"), 2, "not valid text"),
-    "E13 question": (("sql", PROJECT, "SELECT '\udcff'"), 2, "not valid text"),
-    "E13 stage": (("show", PROJECT, "\udcff"), 2, "there is no stage"),
-    "E14 stage": (("show", PROJECT, "\x1b[31m"), 2, 'there is no stage "\\x1b[31m"'),
-    "E14 command": (("\x1b[31m",), 2, "\\x1b[31m"),
-    "E14 option": (("--\x1b[31m",), 2, "\\x1b[31m"),
-    "E14 project": (("status", "\x1b[31m"), 2, "\\x1b[31m"),
-    "select without a reason": (("select", PROJECT, "photo", "1"), 2, "say why"),
-    "add without a reason": (("add", PROJECT, "control", "x.csv"), 2, "--message"),
-    "missing folder": (("new", "x.sqlite", "--from", "nowhere"), 2, "nowhere"),
-    "no command": (("frobnicate",), 2, "No such command"),
-    "show what is not there": (("show", PROJECT, "model"), 2, "model has no current version"),
-    "missing project": (("run", "hose.orient"), 2, "no such project: hose.orient"),
-    "folder": (("status", "."), 3, "not a regular file"),
-    "foreign file": (("status", AERIAL / "photo.toml"), 3, "not an orient project"),
-}
-
-
-@pytest.mark.parametrize("case", LINES)
-def test_command_line(case: str, aerial: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(aerial.parent)
-    words, code, message = LINES[case]
-    before = aerial.read_bytes()
-    said = orient(*(aerial if word == PROJECT else word for word in words))
-    assert (said.code, said.out) == (code, "")
-    assert message in said.err
-    assert "Traceback" not in said.err
-    assert "fault of orient" not in said.err
-    assert "\x1b" not in said.err
-    assert aerial.read_bytes() == before
-    assert [file.name for file in aerial.parent.iterdir()] == [aerial.name]
+"""Stands for the path of a project in a table."""
 
 
 @pytest.mark.parametrize("name", [":memory:", "file:x?mode=memory", "a b#c%d.sqlite", "-x", "\udcff.sqlite", "Köln"])
@@ -206,6 +139,7 @@ IMPORTS = {
     "log": ("log PROJECT", "numpy scipy pyproj alembic orient.models"),
     "sql": ("sql PROJECT residuals", "numpy scipy pyproj alembic orient.models"),
     "show": ("show PROJECT resection", "numpy scipy pyproj alembic orient.models"),
+    "batch, dry": ("batch PROJECT --dry-run", "numpy scipy pyproj alembic orient.models dask distributed"),
     "unchanged stage": ("resection PROJECT", "numpy scipy pyproj alembic orient.models"),
 }
 

@@ -3,11 +3,14 @@
 import csv
 import json
 import re
+import shutil
 from pathlib import Path
+
+import pytest
 
 from orient.report.findings import REMEDIES, SHOWN, SHOWN_OF_A_KIND, findings, print_findings, verdict
 from orient.values import Event
-from tests.cli.commands import AERIAL, ROOT, orient
+from tests.cli.commands import AERIAL, ROOT, SAMPLES, orient
 
 
 def with_control_changed(tmp_path: Path, change: dict[str, float]) -> Path:
@@ -106,3 +109,43 @@ def test_every_remedy_belongs_to_a_finding_that_exists() -> None:
     pages = [path for floor in ("pipeline", "store", "intake") for path in (ROOT / "orient" / floor).rglob("*.py")]
     words = set(re.findall(r'"([a-z_]+)"', "\n".join(page.read_text("utf-8") for page in pages)))
     assert set(REMEDIES) <= words
+
+
+def test_a_later_version_that_failed_is_told_until_somebody_decides(aerial: Path) -> None:
+    assert orient("resection", aerial, "--max-iterations", "2").code == 1
+    lines = orient("status", aerial).out.splitlines()
+    assert lines[0] == f"{aerial}: Oriented, but with 3 problems: read them before you use a number."
+    assert lines[1].startswith("  warning: resection: version 2 failed later: MAX_ITERATIONS: ")
+    assert lines[1].endswith("; version 1 is still the current one")
+    assert "orient show PROJECT resection --version 2" in lines[2]
+    shown = orient("show", aerial, "resection")
+    assert shown.code == 0  # what is shown is a result
+    assert shown.out.splitlines()[2].strip().startswith("warning: version 2 failed later")
+    assert json.loads(orient("show", aerial, "--json").out)["later_failures"][0]["code"] == "later_failure"
+    assert orient("show", aerial, "resection", "--version", "2").code == 1
+    assert "later_failure" in orient("status", aerial, "--json").out
+    # somebody decides for the older one
+    assert orient("select", aerial, "resection", "1", "-m", "two iterations are too few").code == 0
+    assert "failed later" not in orient("status", aerial).out + orient("show", aerial).out
+
+
+def test_a_later_success_ends_the_remark(aerial: Path) -> None:
+    assert orient("resection", aerial, "--max-iterations", "2").code == 1
+    assert orient("resection", aerial, "--max-iterations", "60").code == 0
+    assert "failed later" not in orient("status", aerial).out
+
+
+@pytest.mark.parametrize("sigma_um, code", [(5.0, "global_test"), (8.0, ""), (30.0, "small_sigma0")])
+def test_finding_and_table_of_the_global_test_say_the_same(tmp_path: Path, sigma_um: float, code: str) -> None:
+    """sigma0 is 10.9 um with r = 10: 5 % on both sides is 0.57 ... 1.43 of the value a priori."""
+    folder = shutil.copytree(SAMPLES / "calgary-28", tmp_path / "folder")
+    text = (folder / "photo.toml").read_text(encoding="utf-8")
+    (folder / "photo.toml").write_text(re.sub(r"sigma_image_mm = [\d.]+", f"sigma_image_mm = {sigma_um / 1e3}", text))
+    path = tmp_path / "photo.sqlite"
+    assert orient("new", path, "--from", folder).code == 0
+    orient("run", path)
+    (row,) = json.loads(orient("sql", path, "global-test", "--json").out)
+    told = json.loads(orient("show", path, "--json").out)["events"]
+    codes = [event["code"] for event in told if event["code"] in ("global_test", "small_sigma0")]
+    assert codes == ([code] if code else [])
+    assert row["verdict"] == {"global_test": "too large", "": "accepted", "small_sigma0": "too small"}[code]

@@ -1,4 +1,4 @@
-"""What each command may load from other packages, in a process of its own: start-up is the largest part of a command."""
+"""What each command may load from other packages, in its own process: start-up is the largest part of a command."""
 
 import json
 import subprocess

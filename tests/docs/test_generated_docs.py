@@ -32,11 +32,12 @@ def readme_commands() -> list[str]:
     return [line for line in lines if line.startswith("orient ")]
 
 
-@pytest.mark.parametrize("page", ["cli.md", "schema.md"])
+@pytest.mark.parametrize("page", ["cli.md", "schema.md", "summary.md"])
 def test_the_page_is_what_the_code_makes(page: str) -> None:
     from orient.cli import reference
 
-    made = {"cli.md": reference.command_page, "schema.md": reference.schema_page}[page]()
+    pages = {"cli.md": reference.command_page, "schema.md": reference.schema_page, "summary.md": reference.summary_page}
+    made = pages[page]()
     assert (ROOT / "docs" / page).read_text("utf-8") == made, "run: make docs"
 
 

@@ -1,202 +1,178 @@
-"""Killed, stopped, crowded: the project is as before or as after, and the next command goes on (RELIABILITY.md 5)."""
+"""Killed at any time and at any write: the project is as before or as after, and the next command goes on (F1, F2)."""
 
-import contextlib
-import json
-import os
-import random
 import shutil
 import signal
-import subprocess
-import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable
 from pathlib import Path
+from random import Random
 
 import pytest
 
-from orient.intake.options import ReadOptions
-from orient.intake.project_folder import read_project
-from orient.pipeline.registry import STAGES
-from orient.pipeline.runner import create, run_stale
-from orient.store.check import check_project
-from orient.store.project import open_project
-from tests.cli.commands import ROOT, SPACE, orient_process, start
+from tests.cli.commands import start
+from tests.faults.operations import PROJECT, QUICK, Operation, each
+from tests.faults.oracle import Clean, judge
+from tests.faults.victims import KILLED, Ended, Fault, Victims
+from tests.promises import Promise
 
-KILLS = 20
-SLOWEST_STOP_S = 1.0
+CleanOf = Callable[[str], Clean]
+STOPPED = b"orient: stopped; nothing was stored by the interrupted step\n"
 
 
-@pytest.fixture(scope="module")
-def fresh_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("fresh") / "photo.sqlite"
-    create(path, read_project(SPACE, ReadOptions()), "test")
-    return path
+def kill_at_random(clean: Clean, count: int, folder: Path, victims: Victims, promise: Promise, seed: int) -> None:
+    """One kill in each of `count` equal parts of the time that the command takes, at a random place of it."""
+    kept, chance = promise("F1"), Random(seed)
+    for part in range(count):
+        moment = (part + chance.random()) * clean.seconds / count
+        clean.scene(folder)
+        ended = victims.killed_after(moment, *clean.words(folder))
+        with kept.trial(f"{clean.operation} killed after {moment:.4f} s (seed {seed})"):
+            judge(clean, folder, ended, victims)
 
 
-@pytest.fixture
-def fresh(fresh_once: Path, tmp_path: Path) -> Path:
-    return Path(shutil.copy(fresh_once, tmp_path / "photo.sqlite"))
+def test_random_kills_of_run(clean: CleanOf, victims: Victims, tmp_path: Path, promise: Promise) -> None:
+    kill_at_random(clean("run"), 10, tmp_path / "scene", victims, promise, seed=585)
 
 
-@pytest.fixture(scope="module")
-def run_seconds(fresh_once: Path, tmp_path_factory: pytest.TempPathFactory) -> float:
-    """How long the process `orient run` takes here."""
-    path = Path(shutil.copy(fresh_once, tmp_path_factory.mktemp("timed") / "photo.sqlite"))
-    begun = time.monotonic()
-    assert orient_process("run", path).code == 0
-    return time.monotonic() - begun
+@pytest.mark.slow
+@pytest.mark.parametrize("operation", each())
+def test_random_kills(operation: Operation, clean: CleanOf, victims: Victims, tmp_path: Path, promise: Promise) -> None:
+    count = 200 if operation.name == "run" else 40
+    kill_at_random(clean(operation.name), count, tmp_path / "scene", victims, promise, seed=200)
 
 
-class Victims:
-    """Commands that start at once, to be killed (see kill_server.py)."""
-
-    def __init__(self) -> None:
-        self.server = subprocess.Popen(
-            [sys.executable, "-m", "tests.faults.kill_server"],
-            cwd=ROOT,
-            env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        assert self._answer() == "ready"
-
-    def _answer(self) -> str:
-        assert self.server.stdout is not None
-        return self.server.stdout.readline().strip()
-
-    def start(self, *words: object) -> int:
-        assert self.server.stdin is not None
-        self.server.stdin.write(json.dumps([str(word) for word in words]) + "\n")
-        self.server.stdin.flush()
-        return int(self._answer())
-
-    def ended(self) -> int:
-        return int(self._answer())
-
-    def seconds(self, *words: object) -> float:
-        """How long the command takes when nobody kills it."""
-        begun = time.monotonic()
-        self.start(*words)
-        assert self.ended() == 0
-        return time.monotonic() - begun
-
-    def killed_after(self, seconds: float, *words: object) -> int:
-        child = self.start(*words)
-        time.sleep(seconds)
-        with contextlib.suppress(ProcessLookupError):
-            os.kill(child, signal.SIGKILL)
-        return self.ended()
-
-    def close(self) -> None:
-        self.server.communicate(timeout=30)
+def kill_at_calls(clean: Clean, moments: list[int], folder: Path, victims: Victims, promise: Promise) -> None:
+    kept = promise("F2")
+    for at in moments:
+        clean.scene(folder)
+        ended = victims.run(*clean.words(folder), fault=Fault(str(folder), at))
+        with kept.trial(f"{clean.operation} killed at its call {at} ({clean.calls[at - 1]})"):
+            assert ended.code == KILLED
+            judge(clean, folder, ended, victims)
 
 
-@pytest.fixture(scope="module")
-def victims() -> Iterator[Victims]:
-    server = Victims()
-    yield server
-    server.close()
+@pytest.mark.usefixtures("preloaded")
+def test_kill_at_each_fifth_write_of_run(clean: CleanOf, victims: Victims, tmp_path: Path, promise: Promise) -> None:
+    run = clean("run")
+    kill_at_calls(run, run.moments(every=5), tmp_path / "scene", victims, promise)
 
 
-def moments(seed: int, count: int, seconds: float) -> Iterator[float]:
-    """One moment in each of `count` equal parts of the time, at a random place of it."""
-    chance = random.Random(seed)
-    return ((part + chance.random()) * seconds / count for part in range(count))
+@pytest.mark.slow
+@pytest.mark.usefixtures("preloaded")
+@pytest.mark.parametrize("operation", each("check"))
+def test_kill_at_each_write(
+    operation: Operation, clean: CleanOf, victims: Victims, tmp_path: Path, promise: Promise
+) -> None:
+    kill_at_calls(clean(operation.name), clean(operation.name).moments(), tmp_path / "scene", victims, promise)
 
 
-def end(child: "subprocess.Popen[bytes]", number: int) -> tuple[int, str]:
-    child.send_signal(number)
-    _, err = child.communicate(timeout=30)
-    return child.returncode, err.decode("utf-8", "replace")
+@pytest.mark.usefixtures("preloaded")
+def test_the_library_sees_every_operation_write(clean: CleanOf) -> None:
+    """Without this a library that strikes nothing would pass all loops."""
+    for name in QUICK:
+        assert {"c", "w", "s", "u"} <= set(clean(name).calls), name
+    assert clean("check").calls == ""
 
 
-def run_on(path: Path) -> int:
-    """`orient run` in this process; how many stages it had to compute."""
-    results = run_stale(path, {}, "after the kill", lambda stage: None, lambda result: None)
-    assert [result.stage for result in results if result.failed or result.waits_for not in ("", "model")] == []
-    return sum(result.computed for result in results)
+def hot_scenes(clean: Clean, folder: Path, victims: Victims, count: int) -> list[Path]:
+    """Folders in which a killed command left a hot journal, or a whole one: its last calls before the end."""
+    folder.mkdir(parents=True)
+    places = [place for place, call in enumerate(clean.calls, 1) if call in "su"]
+    scenes = []
+    for at in places[:: max(1, len(places) // count)]:
+        scene = clean.scene(folder / f"killed-{at}")
+        victims.run(*clean.words(scene), fault=Fault(str(scene), at))
+        if Path(f"{scene / PROJECT}-journal").exists():
+            scenes.append(scene)
+    return scenes
 
 
-def test_kill_during_run(fresh_once: Path, victims: Victims, tmp_path: Path) -> None:
-    path = Path(shutil.copy(fresh_once, tmp_path / "photo.sqlite"))
-    seconds = victims.seconds("run", path)
-    left_to_do, killed = set(), 0
-    for index, moment in enumerate(moments(585, KILLS, seconds)):
-        shutil.copy(fresh_once, path)
-        killed += victims.killed_after(moment, "run", path) == -signal.SIGKILL
-        if index in (0, KILLS // 2):
-            checked = orient_process("check", path)
-            assert (checked.code, checked.err) == (0, "")
-        else:
-            assert check_project(path).ok
-        left_to_do.add(run_on(path))
-        assert [file.name for file in tmp_path.iterdir()] == [path.name], f"killed after {moment:.3f} s"
-    assert check_project(path).ok
-    assert killed > KILLS // 2
-    assert len(left_to_do) > 2, "the kills came at too few stages"
+FAULTS = {"killed": 0, "EIO": 5, "ENOSPC": 28}
 
 
-def test_kill_during_new_leaves_a_whole_project_or_none(victims: Victims, tmp_path: Path) -> None:
-    path = tmp_path / "photo.sqlite"
-    seconds = victims.seconds("new", path, "--from", SPACE)
-    whole = 0
-    for moment in moments(28, KILLS, 1.1 * seconds):
-        path.unlink(missing_ok=True)
-        victims.killed_after(moment, "new", path, "--from", SPACE)
-        if path.exists():
-            whole += 1
-            assert check_project(path).ok
-            with open_project(path) as project:
-                assert set(project.heads()) == {"photo", "readings", "sheet", "control"}
-    assert whole < KILLS
-    path.unlink(missing_ok=True)
-    assert victims.seconds("new", path, "--from", SPACE) > 0
-    # a killed `new` can leave its unfinished file under a hidden name of its own, never under the project's name
-    assert [file.name for file in tmp_path.iterdir() if not file.name.startswith(".")] == [path.name]
+def fail_while_recovering(
+    clean: Clean, scene: Path, folder: Path, every: int, victims: Victims, promise: Promise
+) -> int:
+    """Faults in the command that finds the journal of a killed one; how many were tried."""
+    kept, tried = promise("F2"), 0
+    for what, error in FAULTS.items():
+        for at in range(1, 400, every):
+            shutil.rmtree(folder, ignore_errors=True)
+            shutil.copytree(scene, folder)
+            ended = victims.run("check", folder / PROJECT, fault=Fault(str(folder), at, error, forever=bool(error)))
+            if ended.code == 0:
+                break
+            tried += 1
+            with kept.trial(f"{scene.name}, its recovery {what} at call {at}"):
+                assert ended.code in (KILLED, 3) and "Traceback" not in ended.err, ended
+                assert "fault of orient" not in ended.err, ended
+                judge(clean, folder, Ended(KILLED, "", "", 0.0), victims)
+    return tried
+
+
+@pytest.mark.usefixtures("preloaded")
+@pytest.mark.parametrize(
+    ("name", "scenes", "every"),
+    [
+        ("select", 2, 3),
+        pytest.param("run", 12, 1, marks=pytest.mark.slow),
+        pytest.param("verify", 4, 1, marks=pytest.mark.slow),
+    ],
+)
+def test_faults_while_an_interrupted_command_is_undone(
+    name: str, scenes: int, every: int, clean: CleanOf, victims: Victims, tmp_path: Path, promise: Promise
+) -> None:
+    found = hot_scenes(clean(name), tmp_path / "killed", victims, scenes)
+    assert found, "no kill left a journal"
+    tried = [fail_while_recovering(clean(name), hot, tmp_path / "scene", every, victims, promise) for hot in found]
+    assert sum(tried) >= 3
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["SIGINT", "SIGTERM"])
+def test_stop_at_any_time(number: int, clean: CleanOf, victims: Victims, tmp_path: Path, promise: Promise) -> None:
+    for name in ("run", "new", "verify"):
+        stop_at_random(clean(name), 3, number, tmp_path / "scene", victims, promise)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["SIGINT", "SIGTERM"])
+@pytest.mark.parametrize("operation", each())
+def test_stop_of_each_operation(
+    operation: Operation, number: int, clean: CleanOf, victims: Victims, tmp_path: Path, promise: Promise
+) -> None:
+    stop_at_random(clean(operation.name), 15, number, tmp_path / "scene", victims, promise)
+
+
+def stop_at_random(clean: Clean, count: int, number: int, folder: Path, victims: Victims, promise: Promise) -> None:
+    kept, chance = promise("F9"), Random(number)
+    for part in range(count):
+        moment = (part + chance.random()) * clean.seconds / count
+        clean.scene(folder)
+        started = victims.start(*clean.words(folder))
+        time.sleep(moment)
+        asked = time.monotonic()
+        started.send(number)
+        ended = started.ended()
+        seconds = time.monotonic() - asked
+        kept.largest("s to the end", seconds)
+        with kept.trial(f"{clean.operation} stopped by {number} after {moment:.4f} s"):
+            assert seconds < 1.0
+            assert ended.code in (0, 128 + number, -number), ended
+            judge(clean, folder, ended, victims)
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)], ids=["SIGINT", "SIGTERM"])
-def test_stop_during_run(number: int, code: int, fresh: Path, run_seconds: float) -> None:
-    for share in (0.35, 0.8):
-        child = start("run", fresh)
-        time.sleep(share * run_seconds)
-        asked = time.monotonic()
-        ended, err = end(child, number)
-        assert time.monotonic() - asked < SLOWEST_STOP_S
-        assert (ended, err) in ((code, "orient: stopped; nothing was stored by the interrupted step\n"), (0, ""))
-        assert check_project(fresh).ok
-        assert [file.name for file in fresh.parent.iterdir()] == [fresh.name]
-    run_on(fresh)
-
-
-def test_two_signals_stop_once(fresh: Path, run_seconds: float) -> None:
-    child = start("run", fresh)
-    time.sleep(0.4 * run_seconds)
-    child.send_signal(signal.SIGINT)
-    ended, err = end(child, signal.SIGINT)
-    assert (ended, "Traceback" in err) == (130, False)
-
-
-def test_two_runs_at_once(fresh: Path) -> None:
-    first, second = start("run", fresh), start("run", fresh)
-    said = [child.communicate(timeout=60) for child in (first, second)]
-    assert all(b"Traceback" not in err and b"fault of orient" not in err for _, err in said)
-    assert {first.returncode, second.returncode} <= {0, 3}
-    assert 0 in (first.returncode, second.returncode)
-    run_on(fresh)
-    assert check_project(fresh).ok
-    with open_project(fresh) as project:
-        assert set(project.heads()) >= {stage.name for stage in STAGES if not stage.wanted_with}
-    assert [file.name for file in fresh.parent.iterdir()] == [fresh.name]
-
-
-def test_two_new_of_one_name_at_once(tmp_path: Path) -> None:
-    path = tmp_path / "photo.sqlite"
-    children = [start("new", path, "--from", SPACE) for _ in range(2)]
-    said = [child.communicate(timeout=60) for child in children]
-    assert sorted(child.returncode for child in children) == [0, 3]
-    (loser,) = (err.decode() for child, (_, err) in zip(children, said, strict=True) if child.returncode == 3)
-    assert loser.startswith(f"orient: {path} exists.")
-    assert check_project(path).ok
-    assert [file.name for file in tmp_path.iterdir()] == [path.name]
+def test_two_signals_stop_a_real_process_once(
+    number: int, code: int, clean: CleanOf, victims: Victims, tmp_path: Path, promise: Promise
+) -> None:
+    """A second signal does not disturb the tidying; this is the program itself, with its start."""
+    run = clean("run")
+    folder = run.scene(tmp_path / "scene")
+    child = start(*run.words(folder))
+    time.sleep(1.0)  # while it imports, or later
+    child.send_signal(number)
+    child.send_signal(number)
+    _, err = child.communicate(timeout=30)
+    with promise("F9").trial("two signals"):
+        assert (child.returncode, err) in ((code, STOPPED), (0, b"")), err
+        judge(run, folder, Ended(child.returncode, "", err.decode(), 0.0), victims)

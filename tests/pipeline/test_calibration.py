@@ -394,10 +394,53 @@ def test_budget_of_ground_points_is_their_covariance() -> None:
         assert sum(number(one["cov_XX_m2"]) for one in own) == pytest.approx(number(point["K_XX_m2"]), rel=1e-6)
 
 
-def test_verify_leaves_its_second_engine_out() -> None:
-    inputs, outcome = known_and_estimated()
-    asked = settings("resection", estimate="f,k1,x0")
-    assert "neither the second engine" in solve_again("resection", inputs, asked, outcome.tables).left_out
+SECOND_ENGINE = {
+    "priors, free elements and a known station": (lambda: known_and_estimated(), {"estimate": "f,k1,x0"}),
+    "f free": (lambda: free_focal_length(), {"estimate": "f"}),
+    "the station fixed": (lambda: known_place(fixed=True), {"estimate": "f,k1"}),
+    "angles known": (lambda: known_angles(), {}),
+}
+
+
+@pytest.mark.parametrize("case", SECOND_ENGINE)
+def test_the_second_engine_finds_the_same_elements_and_cofactors(case: str) -> None:
+    make, asked = SECOND_ENGINE[case]
+    inputs, outcome = make()
+    solved = solve_again("resection", inputs, settings("resection", **asked), outcome.tables)
+    assert solved.left_out == ""
+    wanted = {"station", "rotation", "cofactor", "sigma0"} | ({"camera"} if asked else set())
+    assert {part.quantity for part in solved.agreements} == wanted
+    assert max(part.difference for part in solved.agreements) < 1e-6
+    # it can say no: another f than the adjusted one is not confirmed
+    altered = [{**row, "X_S_m": number(row["X_S_m"]) + 1.0} for row in outcome.tables["orientation"]]
+    again = solve_again("resection", inputs, settings("resection", **asked), {**outcome.tables, "orientation": altered})
+    assert not all(part.agrees for part in again.agreements)
+
+
+def free_focal_length() -> tuple[dict[str, Tables], Outcome]:
+    inputs = seen_by(TRUTH, local("right", **CAMERA), hills("free f"), noise_mm=0.01)
+    return inputs, oriented(inputs, estimate="f")
+
+
+def known_place(fixed: bool) -> tuple[dict[str, Tables], Outcome]:
+    known = [row("known_element", quantity=name, value=value, sigma=None if fixed else 1.0) for name, value in
+             zip(("X_S", "Y_S", "Z_S"), S.tolist(), strict=True)]  # fmt: skip
+    inputs = seen_by(TRUTH, {**local("right", **CAMERA), "known_element": known}, hills("place"), noise_mm=0.01)
+    return inputs, oriented(inputs, estimate="f,k1")
+
+
+def known_angles() -> tuple[dict[str, Tables], Outcome]:
+    """The kappa that the photo itself gives, 0.05 degrees off."""
+    inputs = seen_by(TRUTH, local("right", **CAMERA), hills("angles"), noise_mm=0.01)
+    (kappa,) = (number(one["value_deg"]) for one in oriented(inputs).tables["orientation_angle"]
+                if (one["triple"], one["frame"], one["angle"]) == ("opk", "ground", "kappa"))  # fmt: skip
+    known = [row("known_element", quantity="opk_kappa", value=kappa + 0.05, sigma=0.02)]
+    inputs = seen_by(TRUTH, {**local("right", **CAMERA), "known_element": known}, hills("angles"), noise_mm=0.01)
+    return inputs, oriented(inputs)
+
+
+def test_what_the_simulation_does_not_draw_is_known() -> None:
+    inputs, _ = known_and_estimated()
     assert not knows_all_unknowns(settings("resection"), inputs["photo"])
 
 

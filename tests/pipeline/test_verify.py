@@ -86,6 +86,29 @@ def test_the_second_engine_agrees(space: Path, stage: str) -> None:
     assert max(part.difference for part in verdict.agreements) < 1e-8
 
 
+@pytest.fixture(scope="session")
+def model_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return made(SAMPLES / "simulated-model-two-zones", tmp_path_factory.mktemp("verify") / "model.sqlite")
+
+
+def test_the_second_engine_agrees_on_every_zone(model_once: Path) -> None:
+    verdict = by_stage(verify_project(model_once, ONLY_LOOK))["absolute"]
+    assert (verdict.verdict, verdict.left_out) == ("identical", "")
+    assert {(part.subject, part.quantity) for part in verdict.agreements} == {
+        (zone, what) for zone in ("east", "west") for what in ("rotation", "scale", "position", "cofactor", "sigma0")
+    }
+    assert max(part.difference for part in verdict.agreements) < 1e-7
+
+
+def test_a_forged_zone_is_contradicted_by_the_second_engine_too(model_once: Path, tmp_path: Path) -> None:
+    path = Path(shutil.copy(model_once, tmp_path / "model.sqlite"))
+    forge(path, lambda bare: bare.execute("UPDATE absolute_orientation SET X_0_m = X_0_m + 0.001 WHERE zone = 'west'"))
+    verdict = by_stage(verify_project(path, ONLY_LOOK))["absolute"]
+    assert not verdict.holds
+    wrong = [(part.subject, part.quantity) for part in verdict.agreements if not part.agrees]
+    assert wrong == [("west", "position")]
+
+
 def test_a_failed_run_fails_again_in_the_same_way(aerial: Path) -> None:
     with open_project(aerial) as project:
         control = project.read_tables(project.heads()["control"].run_id)

@@ -15,6 +15,7 @@ import pytest
 from orient.intake.options import ReadOptions
 from orient.intake.project_folder import read_input, read_project
 from orient.pipeline.runner import add_input, create, photo_facts, run_stage, run_stale
+from orient.solvers.packed import unpack_upper
 from orient.store.project import open_project
 from tests.samples.quantities import Lookup
 
@@ -131,6 +132,41 @@ def test_engabreen_finds_the_gnss_station_within_its_sigmas(tmp_path: Path) -> N
     apart = station - [446722.0, 7396671.0, 770.0]
     sigmas = [lookup("resection", f"sigma.{axis}_S_m") for axis in "XYZ"]
     assert np.all(np.abs(apart) < 2 * np.array(sigmas))
+
+
+CHI2_95_3 = 7.81
+"""chi^2 with three degrees of freedom that a right station exceeds with a chance of 5 %."""
+
+
+def test_engabreen_finds_the_gnss_station_with_all_its_covariances(tmp_path: Path) -> None:
+    """d'C^-1 d of the three coordinates together, with the sigmas of natural control (README of the sample)."""
+    path = tmp_path / "photo.sqlite"
+    create(path, read_project(SAMPLES / "engabreen", OPTIONS), "test")
+    files = [SAMPLES / "engabreen" / name for name in ("control_weighted.csv", "control.toml")]
+    add_input(path, read_input("control", files, OPTIONS, photo_facts(path)), "with sigmas")
+    run_all(path)
+    assert run_stage(path, "resection", {"estimate": "f,k1"}, "test").failed is False
+    with open_project(path, "read") as project:
+        tables = project.read_tables(project.heads()["resection"].run_id)
+    (found,) = tables["orientation"]
+    packed = sorted((row["IJ"], row["value"]) for row in tables["cofactor"] if row["unknowns"] == "rotation")
+    C = found["variance_scale"] * unpack_upper(np.array([value for _, value in packed]))[3:6, 3:6]
+    apart = np.array([found[f"{axis}_S_m"] for axis in "XYZ"]) - [446722.0, 7396671.0, 770.0]
+    assert apart @ np.linalg.solve(C, apart) < CHI2_95_3
+    assert np.all(np.abs(apart) < 2 * np.sqrt(np.diag(C)))
+
+
+@pytest.mark.parametrize("asked", [{"test": "w", "reject": True}, {"robust": True}], ids=["w, one by one", "robust"])
+def test_engabreen_shows_the_five_planted_errors(tmp_path: Path, asked: dict[str, str | bool]) -> None:
+    path = tmp_path / "photo.sqlite"
+    create(path, read_project(SAMPLES / "engabreen", OPTIONS), "test")
+    planted = [SAMPLES / "engabreen" / "readings_as_published.csv"]
+    add_input(path, read_input("readings", planted, OPTIONS, photo_facts(path)), "planted errors")
+    run_all(path)
+    assert run_stage(path, "resection", {"estimate": "f,k1", **asked}, "test").failed is False
+    with open_project(path, "read") as project:
+        rows = project.read_tables(project.heads()["resection"].run_id)["exclusion"]
+    assert sorted(row["point"] for row in rows if row["action"] == "excluded") == ["1", "2", "3", "4", "5"]
 
 
 def test_every_sample_is_run() -> None:

@@ -1,16 +1,17 @@
 """Made-up projects: one valid row for every table, a run of every stage."""
 
+import hashlib
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from sqlalchemy import REAL, TEXT, CheckConstraint, Column, Table
+from sqlalchemy import REAL, TEXT, CheckConstraint, Column, LargeBinary, Table
 
 from orient.models import Base
 from orient.store.digest import input_digest, output_digest
 from orient.store.project import NewRun, Project, create_project
 from orient.store.stage_tables import STAGE_TABLES
-from orient.values import Event, Outcome, Scalar
+from orient.values import Blob, Event, Outcome, Scalar
 
 INPUTS: dict[str, tuple[str, ...]] = {
     "photo": (),
@@ -26,8 +27,8 @@ INPUTS: dict[str, tuple[str, ...]] = {
     "covariance": ("photo", "refine", "topocentric", "resection"),
     "absolute": ("photo", "model", "topocentric"),
 }
-EVIDENCE = {"verify": ("photo",)}
-"""Runs that are never selected."""
+EVIDENCE: dict[str, tuple[str, ...]] = {"image": (), "seal": ("photo",), "verify": ("photo",)}
+"""Stages that nothing reads."""
 LEFT_EMPTY = {("comparator_reading", "col_px"), ("comparator_reading", "row_px"), ("graticule_cross", "E_m")}
 EVENTS = (Event("info", "made", "p1", "made for a test", 0.1),)
 
@@ -45,6 +46,10 @@ def row_of(table: Table, seed: float = 0.5) -> dict[str, Scalar]:
 def _value(column: Column[object], words: Mapping[str, str], seed: float) -> Scalar:
     if column.name in words:
         return words[column.name]
+    if isinstance(column.type, LargeBinary):
+        return Blob(content := f"bytes of {seed}".encode(), lambda: content)
+    if column.name == "sha256":
+        return hashlib.sha256(str(seed).encode()).hexdigest()
     if isinstance(column.type, REAL):
         return seed
     return f"{column.name}" if isinstance(column.type, TEXT) else 1

@@ -16,7 +16,7 @@ from orient.store.digest import canonical, input_digest, output_digest
 from orient.store.errors import OurFault
 from orient.store.format import current_format
 from orient.store.stage_tables import STAGE_TABLES
-from orient.values import Columns, Event, Tables
+from orient.values import Blob, Columns, Event, Tables
 from tests.store.made import EVENTS, outcome_of, readings
 
 
@@ -33,7 +33,8 @@ def test_every_cell_counts(stage: str) -> None:
     before = output_digest(tables, EVENTS)
     for name, rows in tables.items():
         for column, value in rows[0].items():
-            other = {None: None, str: "another"}.get(type(value), np.nextafter(0.5, 1) if value == 0.5 else 2)
+            number = np.nextafter(0.5, 1) if value == 0.5 else 2
+            other = {None: None, str: "another", Blob: Blob(b"another")}.get(type(value), number)
             changed = {**tables, name: [{**rows[0], column: other}]}
             assert value is None or output_digest(changed, EVENTS) != before, f"{name}.{column}"
 

@@ -8,14 +8,18 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from sqlalchemy import REAL
 from sqlalchemy.exc import DBAPIError, IntegrityError
 
+from orient.models import Base
 from orient.store.errors import OurFault
 from orient.store.format import current_format
 from orient.store.gate import Gated, pass_gate
 from orient.store.preflight import preflight
 from orient.store.project import open_project
-from tests.store.made import new_run
+from orient.store.stage_tables import STAGE_TABLES
+from tests.promises import Promise
+from tests.store.made import EVIDENCE, new_run, row_of
 
 TABLES = sorted(current_format().tables)
 STATEMENTS = {
@@ -30,10 +34,11 @@ NO_SEAL = ("selection", "alembic_version")
 
 @pytest.fixture(scope="module")
 def verified(full_once: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A project with a row in every table, the evidence of a verification too."""
+    """A project with a row in every table, image, manifest and verification too."""
     path = Path(shutil.copy(full_once, tmp_path_factory.mktemp("verified") / "house.orient"))
     with open_project(path, "write") as project:
-        project.append(replace(new_run(project, "verify"), select=False))
+        for stage in EVIDENCE:
+            project.append(replace(new_run(project, stage), select=False))
     return path
 
 
@@ -49,20 +54,21 @@ def writer(verified: Path) -> Iterator[Gated]:
 
 @pytest.mark.parametrize("table", TABLES)
 @pytest.mark.parametrize("action", STATEMENTS)
-def test_temporary_guards_refuse(writer: Gated, table: str, action: str) -> None:
+def test_temporary_guards_refuse(writer: Gated, table: str, action: str, promise: Promise) -> None:
     if action == "late" and table in NO_SEAL:
         pytest.skip("has no run that could be sealed")
     column = current_format().tables[table].names[-1]
     statement = STATEMENTS[action].format(table=table, column=f'"{column}"')
-    with pytest.raises(IntegrityError, match=r"never|sealed|upgrade|counted|only"), writer.connection.begin():
+    refused = pytest.raises(IntegrityError, match=r"never|sealed|upgrade|counted|only")
+    with promise("F10").trial(statement), refused, writer.connection.begin():
         writer.connection.exec_driver_sql(statement)
 
 
 @pytest.mark.parametrize("table", TABLES)
-def test_stored_guards_refuse_too(verified: Path, table: str) -> None:
+def test_stored_guards_refuse_too(verified: Path, table: str, promise: Promise) -> None:
     with closing(sqlite3.connect(verified)) as bare:
         for statement in (f"DELETE FROM {table}", f"UPDATE {table} SET rowid = rowid"):
-            with pytest.raises(sqlite3.IntegrityError, match="never"):
+            with promise("F10").trial(statement), pytest.raises(sqlite3.IntegrityError, match="never"):
                 bare.execute(statement)
 
 
@@ -94,18 +100,46 @@ def test_the_ledger_stays_sound(writer: Gated, statement: str, words: str) -> No
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), 1e16, "0.5", b"1", True + 0j], ids=str)
-def test_numbers_that_are_none_are_not_stored(value: object) -> None:
+def test_numbers_that_are_none_are_not_stored(value: object, promise: Promise) -> None:
     from orient.store.plain import plain_value
 
-    with pytest.raises(OurFault):
+    with promise("F13").trial(str(value)), pytest.raises(OurFault):
         plain_value(value, "REAL", "photo", "f_mm")
 
 
-def test_strict_tables_refuse_what_slips_through(writer: Gated) -> None:
+def test_strict_tables_refuse_what_slips_through(writer: Gated, promise: Promise) -> None:
     insert = "INSERT INTO stage_run VALUES (99, 'x', 1, 1, '', '', '', '', '', '')"
     for value in (float("nan"), float("inf"), "text"):
-        with pytest.raises(IntegrityError), writer.connection.begin():
+        kept = promise("F13").trial(str(value))
+        with kept, pytest.raises(IntegrityError), writer.connection.begin():
             writer.connection.exec_driver_sql(insert)
             writer.connection.exec_driver_sql(
                 "INSERT INTO model_point (run_id, zone, point, x, y, z) VALUES (99, 'z', 'p', ?, 0, 0)", (value,)
             )
+
+
+NUMBERS = {table.name for table in Base.metadata.sorted_tables if any(isinstance(c.type, REAL) for c in table.columns)}
+RESULT_TABLES = {table: stage for stage, tables in STAGE_TABLES.items() for table in tables if table in NUMBERS}
+OPEN_A_RUN = """
+INSERT INTO stage_run SELECT (SELECT max(run_id) + 1 FROM stage_run), stage, version + 1, stage_version, settings,
+    input_digest, actor, reason, tool_version, started_at
+FROM stage_run WHERE stage = ? ORDER BY version DESC LIMIT 1
+"""
+
+
+@pytest.mark.parametrize("table", RESULT_TABLES)
+def test_no_numeric_column_takes_what_is_no_number(table: str, writer: Gated, promise: Promise) -> None:
+    """Infinity and text in every numeric column, NaN (which binds as NULL) in every one that must have a value."""
+    model, kept, connection = Base.metadata.tables[table], promise("F13"), writer.connection
+    sound = row_of(model)
+    with connection.begin() as undone:
+        connection.exec_driver_sql("PRAGMA defer_foreign_keys = ON")
+        connection.exec_driver_sql(OPEN_A_RUN, (RESULT_TABLES[table],))
+        sound = {"run_id": connection.exec_driver_sql("SELECT max(run_id) FROM stage_run").scalar_one(), **sound}
+        insert = f"INSERT INTO {table} ({', '.join(sound)}) VALUES ({', '.join('?' * len(sound))})"
+        for column in (column for column in model.columns if isinstance(column.type, REAL)):
+            for value in (float("inf"), float("-inf"), "text", *([] if column.nullable else [float("nan")])):
+                with kept.trial(f"{table}.{column.name} = {value}"), pytest.raises(IntegrityError):
+                    connection.exec_driver_sql(insert, tuple({**sound, column.name: value}.values()))
+        connection.exec_driver_sql(insert, tuple(sound.values()))  # with numbers it is taken
+        undone.rollback()

@@ -57,6 +57,7 @@ def unguarded(*statements: str) -> Damage:
     def damage(path: Path) -> None:
         with closing(sqlite3.connect(path, isolation_level=None)) as connection:
             connection.execute("PRAGMA foreign_keys = OFF")
+            connection.execute("BEGIN")
             guards = connection.execute("SELECT name, sql FROM sqlite_schema WHERE type = 'trigger'").fetchall()
             for name, _ in guards:
                 connection.execute(f"DROP TRIGGER {name}")
@@ -64,6 +65,7 @@ def unguarded(*statements: str) -> Damage:
                 connection.execute(statement)
             for _, text in guards:
                 connection.execute(text)
+            connection.execute("COMMIT")
 
     return damage
 

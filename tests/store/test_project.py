@@ -6,6 +6,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -13,7 +14,9 @@ from orient.errors import OrientError, ProjectError, UsageError
 from orient.store import ledger, watch
 from orient.store.errors import Locked, OurFault, ReadOnly, Stopped, StorageError
 from orient.store.project import Project, create_project, open_project
+from orient.store.stage_tables import STAGE_TABLES
 from orient.values import Event, Outcome
+from tests.promises import Promise
 from tests.store.made import EVENTS, INPUTS, fill, new_run, outcome_of, readings
 
 
@@ -149,22 +152,26 @@ def test_unknown_runs_say_what_exists(full: Path) -> None:
             project.read_tables(99)
 
 
-def test_what_is_read_back_must_be_what_was_meant(full: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def corrupted(*arguments: object) -> object:
-        tables = stored(*arguments)  # type: ignore[arg-type]
-        table = tables["map_sheet"]
-        altered = [[("other", *row[1:]) for row in rows] for rows in table.chunks()]
-        monkeypatch.setattr(type(table), "chunks", lambda self: iter(altered) if self == table else ())
-        return {"map_sheet": table}
+@pytest.mark.parametrize("stage", INPUTS)
+def test_what_is_read_back_must_be_what_was_meant(
+    stage: str, full: Path, monkeypatch: pytest.MonkeyPatch, promise: Promise
+) -> None:
+    """One value of each table in turn comes back from the disk as another: nothing is stored."""
+    stored, kept = ledger.stored_tables, promise("F12")
+    for table in STAGE_TABLES[stage]:
 
-    stored = ledger.stored_tables
-    with open_project(full, "write") as project:
-        new = new_run(project, "sheet")
-        monkeypatch.setattr(ledger, "stored_tables", corrupted)
-        with pytest.raises(StorageError, match="read back"):
-            project.append(new)
-        monkeypatch.undo()
-        assert len(project.runs("sheet")) == 1
+        def corrupted(*arguments: object, table: str = table) -> object:
+            tables = stored(*arguments)  # type: ignore[arg-type]
+            rows = [("other", *row[1:]) for some in tables[table].chunks() for row in some]
+            return {**tables, table: SimpleNamespace(chunks=lambda: [rows])}
+
+        with open_project(full, "write") as project, kept.trial(table):
+            new = new_run(project, stage)
+            with monkeypatch.context() as patch:
+                patch.setattr(ledger, "stored_tables", corrupted)
+                with pytest.raises(StorageError, match="read back"):
+                    project.append(new)
+            assert len(project.runs(stage)) == 1
 
 
 def test_a_wrong_input_digest_is_refused(full: Path) -> None:

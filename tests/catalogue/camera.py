@@ -1,13 +1,7 @@
-"""The bad inputs B1 ... B19 (and what else can be wrong in photo.toml), each with its one message."""
+"""B: the camera file, and what else can be wrong in photo.toml."""
 
-from pathlib import Path
-
-import pytest
-
-from orient.errors import InputError
-from orient.intake.project_folder import ReadOptions, read_input
-from orient.values import InputTables
-from tests.intake.conftest import PHOTO, Write
+from tests.catalogue.case import Case, accepted, refused
+from tests.intake.conftest import PHOTO
 
 
 def spoiled(old: str, new: str) -> str:
@@ -22,10 +16,6 @@ def after(heading: str, *lines: str) -> str:
 
 def added(text: str) -> str:
     return PHOTO + text
-
-
-def read(path: Path) -> InputTables:
-    return read_input("photo", [path], ReadOptions())
 
 
 F, FRAME, SIGMA = "f_mm = 76.054", "frame_mm = [114.3, 114.3]", "sigma_image_mm = 0.007"
@@ -241,33 +231,19 @@ PARTS = {
     "A36-meridian": ["photo.toml:15: central_meridian_deg: 400 is not in -360 … 360. Grads? Write degrees"],
 }
 
+STATION_ANGLES = '[station]\nangles_deg = [1, 2, 3]\nangle_convention = "{}"\n'
 
-@pytest.mark.parametrize("case", BAD)
-def test_a_bad_photo_is_named(write: Write, case: str) -> None:
-    text, message = BAD[case]
-    with pytest.raises(InputError) as caught:
-        read(write("photo.toml", text))
-    assert caught.value.exit_code == 1
-    if message is None:
-        assert all(part in str(caught.value) for part in PARTS[case]), str(caught.value)
-    else:
-        place = "photo.toml:" + ("" if message[0].isdigit() else " ")
-        assert str(caught.value) == place + message
-
-
-def test_B10_a_principal_point_outside_the_frame_is_a_warning(write: Write) -> None:
-    (event,) = read(write("photo.toml", spoiled("x0_mm = -0.006", "x0_mm = 60"))).events
-    expected = "photo.toml: principal point (60, -0.002) mm lies outside the frame"
-    assert (event.severity, event.message) == ("warning", expected)
-
-
-def test_B18_angles_with_a_convention_are_said_to_be_unused(write: Write) -> None:
-    text = added('[station]\nangles_deg = [1, 2, 3]\nangle_convention = "opk"\n')
-    (event,) = read(write("photo.toml", text)).events
-    assert event.code == "angles_not_used"
-
-
-def test_A39_a_photo_that_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(InputError) as caught:
-        read(tmp_path / "photo.toml")
-    assert (str(caught.value), caught.value.exit_code) == ("photo.toml: no such file", 2)
+CASES: dict[str, Case] = {
+    **{
+        case: refused(("photo.toml:" if message[0].isdigit() else "photo.toml: ") + message, photo=text)
+        for case, (text, message) in BAD.items()
+        if message is not None
+    },
+    **{case: Case(files={"photo.toml": BAD[case][0]}, says=parts) for case, parts in PARTS.items()},
+    "B10 outside": accepted(
+        says=["warning: photo.toml: principal point (60, -0.002) mm lies outside the frame"],
+        photo=spoiled("x0_mm = -0.006", "x0_mm = 60"),
+    ),
+    "B18 told": accepted(says=["angles"], photo=added(STATION_ANGLES.format("opk"))),
+    "photo missing": Case(files={"photo.toml": None}, code=2, err="orient: photo.toml: no such file\n"),
+}

@@ -1,0 +1,142 @@
+"""Many photos: two workers against one worker, and one worker against a plain loop in one process, as ratios.
+
+Every block of generated photos is run by all candidates one after the other, in another order each time, so that a busy
+machine slows all of them alike. Clusters are started before; their start is told apart. What a worker does for a photo
+includes reading its numbers back and its row in the summary; the loop only runs the stages.
+Prints a markdown table. Exit code 1 if a ratio misses its target and `--strict` is given.
+
+    python benchmarks/batch.py [--photos 1000] [--block 100] [--strict]
+"""
+
+import argparse
+import contextlib
+import os
+import random
+import shutil
+import statistics
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+os.environ |= {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
+
+from orient.batch.cluster import Pool, local_workers  # noqa: E402
+from orient.batch.coordinator import Plan, run_batch  # noqa: E402
+from orient.batch.summary import open_summary  # noqa: E402
+from orient.batch.values import Item, Order  # noqa: E402
+from orient.batch.work_list import WorkList  # noqa: E402
+from orient.intake.options import ReadOptions  # noqa: E402
+from orient.intake.project_folder import read_project  # noqa: E402
+from orient.pipeline.runner import create, run_stale  # noqa: E402
+from orient.store.summary_engine import summary_place  # noqa: E402
+from tests.cli.made_photo import MadePhoto  # noqa: E402
+
+DIFFERENT = 20
+"""Photos that differ; more are copies of them: making one costs as much as running it."""
+SPEED_UP, OVERHEAD = 1.7, 1.2
+Candidate = Callable[[Sequence[Path]], None]
+
+
+def main(arguments: list[str]) -> int:
+    """Print the table; see the module."""
+    options = _options(arguments)
+    with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as stack:
+        place = Path(folder)
+        models = _models(place)
+        begun = time.perf_counter()
+        pools = [stack.enter_context(local_workers(count, None)) for count in (1, 2)]
+        start_s = (time.perf_counter() - begun) / 2
+        candidates = {"loop": _loop, **{f"{pool.size} workers": _batch(pool, place) for pool in pools}}
+        for candidate in candidates.values():
+            _seconds(candidate, models[:8], place)  # imports, first touches
+        times = _measure(candidates, models, place, options)
+    return _report(times, start_s, options)
+
+
+def _options(arguments: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--photos", type=int, default=500)
+    parser.add_argument("--block", type=int, default=50)
+    parser.add_argument("--strict", action="store_true")
+    return parser.parse_args(arguments)
+
+
+def _models(place: Path) -> list[Path]:
+    made = []
+    for number in range(DIFFERENT):
+        folder = MadePhoto(noise=0.5 + 0.05 * number).write(place / f"folder-{number}")
+        made.append(place / f"model-{number}.sqlite")
+        create(made[-1], read_project(folder, ReadOptions()), "benchmark")
+    return made
+
+
+def _measure(
+    candidates: dict[str, Candidate], models: list[Path], place: Path, options: argparse.Namespace
+) -> dict[str, list[float]]:
+    """Seconds per photo of every candidate in every block."""
+    chance = random.Random(7)
+    times: dict[str, list[float]] = {name: [] for name in candidates}
+    block = [models[number % DIFFERENT] for number in range(options.block)]
+    for _ in range(max(1, options.photos // options.block)):
+        for name in chance.sample(sorted(candidates), len(candidates)):
+            times[name].append(_seconds(candidates[name], block, place) / len(block))
+    return times
+
+
+def _seconds(candidate: Candidate, block: Sequence[Path], place: Path) -> float:
+    """Wall time for fresh copies of the block."""
+    folder = Path(tempfile.mkdtemp(dir=place))
+    photos = [Path(shutil.copy(model, folder / f"{number}.sqlite")) for number, model in enumerate(block)]
+    os.sync()
+    begun = time.perf_counter()
+    candidate(photos)
+    seconds = time.perf_counter() - begun
+    shutil.rmtree(folder)
+    return seconds
+
+
+def _loop(photos: Sequence[Path]) -> None:
+    for path in photos:
+        results = run_stale(path, {}, "benchmark", lambda stage: None, lambda result: None)
+        assert not any(result.failed for result in results)
+
+
+def _batch(pool: Pool, place: Path) -> Candidate:
+    summary = open_summary(summary_place(str(place / f"summary-{pool.size}.db")))
+
+    def run(photos: Sequence[Path]) -> None:
+        items = tuple(Item(str(path)) for path in photos)
+        codes: list[int] = []
+        plan = Plan(items, {}, {})
+        run_batch(WorkList(items, 0), plan, Order(), summary, pool, lambda ending: codes.append(ending.exit_code))
+        assert codes == [0] * len(photos)
+
+    return run
+
+
+def _report(times: dict[str, list[float]], start_s: float, options: argparse.Namespace) -> int:
+    loop, one, two = (times[name] for name in ("loop", "1 workers", "2 workers"))
+    speed_up = [slow / fast for slow, fast in zip(one, two, strict=True)]
+    overhead = [worker / alone for worker, alone in zip(one, loop, strict=True)]
+    print(f"{options.photos} photos in blocks of {options.block}; a cluster starts in {start_s:.1f} s\n")
+    print("| candidate | ms per photo, median |\n|---|---:|")
+    for name, values in times.items():
+        print(f"| {name} | {1e3 * statistics.median(values):.1f} |")
+    print("\n| ratio | median | quartiles | target |\n|---|---:|---|---:|")
+    print(_row("speed-up of two workers over one", speed_up, f">= {SPEED_UP}"))
+    print(_row("one worker to the loop in one process", overhead, f"<= {OVERHEAD}"))
+    missed = statistics.median(speed_up) < SPEED_UP or statistics.median(overhead) > OVERHEAD
+    return int(missed and options.strict)
+
+
+def _row(name: str, ratios: list[float], target: str) -> str:
+    low, middle, high = statistics.quantiles(ratios, n=4) if len(ratios) > 1 else ratios * 3
+    return f"| {name} | {middle:.2f} | {low:.2f} ... {high:.2f} | {target} |"
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

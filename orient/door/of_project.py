@@ -1,0 +1,68 @@
+"""What the door reads from a project, and how its arguments become values of the floors below."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from orient.door.arguments import System, sigmas_of
+from orient.errors import UsageError
+from orient.pipeline.frames import Frame, frame_of
+from orient.pipeline.ground import ground_of
+from orient.pipeline.photo_model import PhotoModel
+from orient.pipeline.tables import required, single
+from orient.store.project import Project, RunInfo
+from orient.values import Tables
+
+if TYPE_CHECKING:
+    from orient.intake.options import ReadOptions
+
+Array = NDArray[np.float64]
+
+
+def version_of(project: Project, stage: str, version: int | None) -> RunInfo:
+    """The named version of a stage, or its current one."""
+    if version is not None:
+        return project.run(stage, version)
+    head = project.heads().get(stage)
+    if head is None:
+        raise UsageError(f"{stage} has no current version", "Compute it: photo.run()")
+    return head
+
+
+def stored_frame(tables: Mapping[str, Tables]) -> Frame:
+    """The frame of the ground coordinates, from the tables of photo and topocentric."""
+    return frame_of(single(tables["topocentric"], "topocentric_frame"), ground_of(single(tables["photo"], "photo")))
+
+
+def read_options(decimal: str, encoding: str) -> "ReadOptions":
+    """How the files of a list are read."""
+    from orient.intake.options import ReadOptions
+    from orient.intake.text_file import check_encoding
+
+    if decimal not in ("point", "comma"):
+        raise UsageError(f'decimal is "{decimal}"', "It is point or comma.")
+    check_encoding(encoding)
+    return ReadOptions("comma" if decimal == "comma" else "point", encoding)
+
+
+def in_mm(model: PhotoModel, xy: Array, system: System) -> Array:
+    """(n, 2) readings in mm of the comparator."""
+    if system == "image":
+        return model.readings(xy)
+    return model.mm_from_pixels(xy) if system == "px" else xy
+
+
+def reading_covariance(model: PhotoModel, sigma: ArrayLike | None, readings: Array, system: System) -> Array:
+    """(n, 2, 2) [mm^2] of the readings; a sigma of corrected coordinates is taken back through the corrections."""
+    n = len(readings)
+    if sigma is None:
+        sigmas = np.full(n, required(model.photo, "sigma_image_mm"))
+    else:
+        sigmas = sigmas_of(sigma, n, "sigma") * (abs(model.pixel_step[0]) if system == "px" else 1.0)
+    covariance = np.asarray(sigmas[:, None, None] ** 2 * np.eye(2))
+    if system != "image" or sigma is None:
+        return covariance
+    back = np.linalg.inv(model.seen(readings).by_reading)
+    return np.asarray(back @ covariance @ back.transpose(0, 2, 1))

@@ -1,0 +1,42 @@
+"""A plot of the current results: shown by a notebook, or saved."""
+
+import os
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from orient.errors import UsageError
+from orient.report.output_file import output_path, write_output
+from orient.report.plots import FORMATS, make_plot
+
+
+@dataclass(frozen=True)
+class Picture:
+    """One plot of a project. It is drawn when it is asked for, with the results that are current then."""
+
+    project: Path
+    kind: str
+
+    @cached_property
+    def svg(self) -> str:
+        """The picture as SVG."""
+        return make_plot(self.project, self.kind, "svg").decode("utf-8")
+
+    @cached_property
+    def png(self) -> bytes:
+        """The picture as PNG."""
+        return make_plot(self.project, self.kind, "png")
+
+    def save(self, path: str | os.PathLike[str], force: bool = False) -> Path:
+        """Write FILE.svg or FILE.png; an existing file only with `force`."""
+        name = os.fspath(path)
+        format_name = Path(name).suffix.lower().removeprefix(".")
+        if format_name not in FORMATS:
+            raise UsageError(f'"{name}": the name of a picture ends in .svg or .png')
+        target = output_path(name, self.project, force)
+        content = self.png if format_name == "png" else self.svg.encode("utf-8")
+        write_output(target, content, self.project, force)
+        return target
+
+    def _repr_png_(self) -> bytes:
+        return self.png

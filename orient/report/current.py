@@ -1,0 +1,48 @@
+"""The current results of some stages, all of one moment: what a picture or an export is made from."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from orient.errors import OrientError, UsageError
+from orient.report.findings import Finding
+from orient.report.status import current_findings
+from orient.store.project import Project, RunInfo, open_project
+from orient.values import Tables
+
+
+@dataclass(frozen=True, slots=True)
+class Current:
+    """Tables and runs of the current results by stage, and the findings of everything that is current."""
+
+    tables: Mapping[str, Tables]
+    runs: Mapping[str, RunInfo]
+    findings: Sequence[Finding]
+
+    @property
+    def versions(self) -> dict[str, int]:
+        """Version of each stage."""
+        return {stage: run.version for stage, run in self.runs.items()}
+
+
+def read_current(path: Path, stages: Sequence[str], what: str, otherwise: str, with_: Sequence[str] = ()) -> Current:
+    """Tables of `stages`, and of those `with_` that exist; refused where one is missing or out of date.
+
+    `what` needs them; `otherwise` says what a mixture would do.
+    """
+    with open_project(path, "read") as project, project.snapshot():
+        heads = project.heads()
+        missing = [stage for stage in stages if stage not in heads]
+        if missing:
+            raise UsageError(f"{what} needs {', '.join(missing)}", f"Run: orient run {path}")
+        read = [*stages, *(stage for stage in with_ if stage in heads)]
+        stale = {str(row[0]) for row in project.query("SELECT stage FROM v_stale WHERE is_stale")[1]}
+        if stale.intersection(read):
+            listed = ", ".join(stage for stage in read if stage in stale)
+            raise OrientError(f"the results are out of date ({listed}); {otherwise}", f"Run: orient run {path}")
+        return Current(_tables(project, read), {stage: heads[stage] for stage in read}, current_findings(project))
+
+
+def _tables(project: Project, stages: Sequence[str]) -> dict[str, Tables]:
+    heads = project.heads()
+    return {stage: project.read_tables(heads[stage].run_id) for stage in stages}
