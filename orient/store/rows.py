@@ -68,7 +68,9 @@ class StoredTable:
         query = f"SELECT {names} FROM main.{self.table} WHERE run_id = ? ORDER BY {order}"
         cursor = self.driver.execute(query, (self.run_id,))
         if _has_bytes(self.shape):
-            yield from ([tuple(map(_told, row))] for row in cursor)
+            for row in cursor:
+                self.seen(1)
+                yield [tuple(map(_told, row))]
             return
         while rows := cursor.fetchmany(CHUNK):
             self.seen(len(rows))

@@ -60,7 +60,8 @@ def test_a_healthy_project(full: Path) -> None:
         "SQLite", "file", "schema", "pages", "seals", "numbers", "rows", "digests", "selections",
     ]  # fmt: skip
     assert [done for done, _ in steps] == sorted(done for done, _ in steps)
-    assert {total for _, total in steps} == {86} and steps[-1] == (86, 86)
+    (total,) = {total for _, total in steps}
+    assert steps[-1] == (total, total) and total > 80  # a row of every table
 
 
 def test_check_of_a_missing_file(tmp_path: Path) -> None:
