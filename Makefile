@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 DEMO   := demo
 
-.PHONY: help setup demo test test-slow lint types floors schema docs docs-check bench wheel clean
+.PHONY: help setup demo test test-slow lint types floors schema docs docs-check messages bench wheel clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -45,6 +45,9 @@ docs: $(STAMP) ## write docs/cli.md, docs/schema.md, docs/summary.md from the co
 
 docs-check: $(STAMP) ## fail if the generated pages are not up to date
 	$(BIN)/python -m orient.cli.reference docs --check
+
+messages: $(STAMP) ## bring the catalogues of the report's languages up to date
+	$(BIN)/python -m orient.report.catalogues
 
 bench: $(STAMP) ## speed as ratios to other libraries (ten minutes): docs/performance.md and its figure
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable ".[fast,bench]"

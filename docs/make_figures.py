@@ -38,7 +38,12 @@ SETTINGS = {
     "axes.spines.top": False,
     "axes.spines.right": False,
 }
-PLOTS = {"accuracy": "apollo15-metric-0585", "budget": "simulated-space-krasovsky"}
+PLOTS = {
+    "accuracy": "apollo15-metric-0585",
+    "budget": "simulated-space-krasovsky",
+    "iterations": "apollo15-metric-0585",
+    "residuals": "simulated-space-krasovsky",
+}
 """Plots of the program itself, and the samples that they show."""
 MICROMETRES = 1000.0
 KM = 1000.0

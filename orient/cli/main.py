@@ -12,7 +12,7 @@ from types import FrameType
 import typer
 from typer.models import CommandInfo
 
-from orient.cli import audit, batch, export, inputs, ledger, plan, plot, questions, seal, stages, verify
+from orient.cli import audit, batch, export, inputs, ledger, plan, plot, questions, report, seal, stages, verify
 from orient.errors import OrientError
 
 OUR_FAULT = 70
@@ -53,7 +53,7 @@ def _options(
     """Options of orient itself."""
 
 
-for group in (inputs, stages, batch, ledger, verify, seal, questions, audit, plan, plot, export):
+for group in (inputs, stages, batch, ledger, verify, seal, questions, audit, plan, plot, report, export):
     group.register(app)
 
 

@@ -68,3 +68,5 @@ def show_upgrade(path: Path) -> None:
         return
     out.print(f"{printable(str(path))} is format {done.after} now (was {done.before}).")
     out.print(f"The old file is kept as {printable(str(done.backup))}.")
+    for warning in done.warnings:
+        out.print(f"note: {printable(warning)}")

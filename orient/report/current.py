@@ -31,16 +31,24 @@ def read_current(path: Path, stages: Sequence[str], what: str, otherwise: str, w
     `what` needs them; `otherwise` says what a mixture would do.
     """
     with open_project(path, "read") as project, project.snapshot():
-        heads = project.heads()
-        missing = [stage for stage in stages if stage not in heads]
-        if missing:
-            raise UsageError(f"{what} needs {', '.join(missing)}", f"Run: orient run {path}")
-        read = [*stages, *(stage for stage in with_ if stage in heads)]
-        stale = {str(row[0]) for row in project.query("SELECT stage FROM v_stale WHERE is_stale")[1]}
-        if stale.intersection(read):
-            listed = ", ".join(stage for stage in read if stage in stale)
-            raise OrientError(f"the results are out of date ({listed}); {otherwise}", f"Run: orient run {path}")
-        return Current(_tables(project, read), {stage: heads[stage] for stage in read}, current_findings(project))
+        runs = fresh_heads(project, stages, what, otherwise, with_)
+        return Current(_tables(project, tuple(runs)), runs, current_findings(project))
+
+
+def fresh_heads(
+    project: Project, stages: Sequence[str], what: str, otherwise: str, with_: Sequence[str] = ()
+) -> dict[str, RunInfo]:
+    """The current runs of `stages`, and of those `with_` that exist; refused as `read_current` says."""
+    heads, path = project.heads(), project.path
+    missing = [stage for stage in stages if stage not in heads]
+    if missing:
+        raise UsageError(f"{what} needs {', '.join(missing)}", f"Run: orient run {path}")
+    read = [*stages, *(stage for stage in with_ if stage in heads)]
+    stale = {str(row[0]) for row in project.query("SELECT stage FROM v_stale WHERE is_stale")[1]}
+    if stale.intersection(read):
+        listed = ", ".join(stage for stage in read if stage in stale)
+        raise OrientError(f"the results are out of date ({listed}); {otherwise}", f"Run: orient run {path}")
+    return {stage: heads[stage] for stage in read}
 
 
 def _tables(project: Project, stages: Sequence[str]) -> dict[str, Tables]:

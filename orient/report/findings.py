@@ -139,7 +139,7 @@ def as_json(found: Sequence[Finding]) -> list[dict[str, str]]:
 def print_findings(found: Sequence[Finding], indent: str = "  ", *, with_stage: bool = False) -> None:
     """Problems with what to do, then notes; many findings of one kind are told once, with a count."""
     out = console()
-    shown = _folded(found)
+    shown = folded(found)
     for finding, count in shown[:SHOWN]:
         more = f" (and {count - 1} more of this kind)" if count > 1 else ""
         place = f"{finding.stage}: " if with_stage else ""
@@ -151,7 +151,7 @@ def print_findings(found: Sequence[Finding], indent: str = "  ", *, with_stage: 
         out.print(f"{indent}... and {len(shown) - SHOWN} more: orient sql PROJECT events")
 
 
-def _folded(found: Sequence[Finding]) -> list[tuple[Finding, int]]:
+def folded(found: Sequence[Finding]) -> list[tuple[Finding, int]]:
     """The first few findings of each stage and code; the last of them stands for the rest, whose number it gets."""
     kinds: dict[tuple[str, str], list[Finding]] = {}
     for finding in found:

@@ -7,8 +7,8 @@ from sqlalchemy import Connection
 from orient.store.connection import open_engine
 from orient.store.error_map import translated
 from orient.store.errors import OurFault
-from orient.store.fingerprint import schema_objects, table_shapes
-from orient.store.format import SCHEMA_FILE, Format, json_from_format
+from orient.store.fingerprint import schema_objects, table_shapes, tables_and_indexes
+from orient.store.format import SCHEMA_FILE, Format, SchemaObject, json_from_format
 from orient.store.guards import drop_copies, store_copies
 from orient.store.watch import Watch
 
@@ -34,13 +34,13 @@ def head_revision(migrations: Path) -> str:
     return head
 
 
-def migrate(connection: Connection, migrations: Path) -> None:
-    """Bring the tables to the newest revision, inside the caller's transaction."""
+def migrate(connection: Connection, migrations: Path, revision: str = "head") -> None:
+    """Bring the tables to a revision, inside the caller's transaction."""
     from alembic import command
 
     config = _config(migrations)
     config.attributes["connection"] = connection
-    command.upgrade(config, "head")
+    command.upgrade(config, revision)
 
 
 def _config(migrations: Path):  # type: ignore[no-untyped-def]
@@ -71,6 +71,19 @@ def fill_empty_file(path: Path, version: int, application_id: int, migrations: P
             connection.execution_options(immediate=True)
             with connection.begin():
                 build(connection, version, application_id, migrations or migrations_folder())
+    finally:
+        engine.dispose()
+
+
+def tables_of_version(scratch: Path, version: int, migrations: Path) -> list[SchemaObject]:
+    """Tables and indexes as an older orient made them, in an empty file. Its views and guards are not known."""
+    engine = open_engine(scratch, "write", Watch())
+    try:
+        with engine.connect() as connection:
+            connection.execution_options(immediate=True)
+            with connection.begin():
+                migrate(connection, migrations, f"{version:04d}")
+                return tables_and_indexes(connection)
     finally:
         engine.dispose()
 

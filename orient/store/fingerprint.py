@@ -1,5 +1,6 @@
 """The gate: the schema text in the file must equal, byte for byte, the text that this program writes."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 from sqlalchemy import Connection
@@ -24,20 +25,29 @@ def schema_objects(connection: Connection) -> list[SchemaObject]:
     return [(row[0], row[1], row[2], row[3]) for row in rows.all()]
 
 
+def tables_and_indexes(connection: Connection) -> list[SchemaObject]:
+    return [item for item in schema_objects(connection) if item[0] in ("table", "index")]
+
+
 def check_fingerprint(connection: Connection, form: Format, path: Path) -> None:
     """Refuse a file with objects too many, too few or other than those of `form`, naming up to three."""
     count = connection.exec_driver_sql("SELECT count(*) FROM main.sqlite_schema").scalar_one()
     if count > len(form.objects) + 20:
         raise _foreign(path, f"{count} tables, views, triggers and indexes instead of {len(form.objects)}")
-    found = {(kind, name): (table, sql) for kind, name, table, sql in schema_objects(connection)}
-    expected = {(kind, name): (table, sql) for kind, name, table, sql in form.objects}
+    compare_objects(schema_objects(connection), form.objects, path)
+    check_migration(connection, form.head, path)
+
+
+def compare_objects(are: Iterable[SchemaObject], should_be: Iterable[SchemaObject], path: Path) -> None:
+    """Refuse what is not as it should be, text by text."""
+    found = {(kind, name): (table, sql) for kind, name, table, sql in are}
+    expected = {(kind, name): (table, sql) for kind, name, table, sql in should_be}
     if extra := sorted(found.keys() - expected.keys(), key=str):
         raise _foreign(path, _named(extra))
     if missing := sorted(expected.keys() - found.keys()):
         raise ProjectError(f"{path}: objects are missing: {_named(missing)}.", "Use a backup.")
     if other := [key for key in expected if expected[key] != found[key]]:
         raise ProjectError(f"{path}: the schema differs in {_named(other)}.", ALTERED)
-    _check_migration(connection, form, path)
 
 
 def _foreign(path: Path, what: str) -> ProjectError:
@@ -48,9 +58,9 @@ def _named(keys: list[tuple[str, str]]) -> str:
     return listed([f"{kind} {str(name)[:60]!r}" for kind, name in keys], NAMED)
 
 
-def _check_migration(connection: Connection, form: Format, path: Path) -> None:
+def check_migration(connection: Connection, head: str, path: Path) -> None:
     rows = connection.exec_driver_sql("SELECT version_num FROM alembic_version LIMIT 2").scalars().all()
-    if list(rows) != [form.head]:
+    if list(rows) != [head]:
         raise ProjectError(
             f"{path}: an upgrade was not finished by a program that does not protect it.", "Use the backup."
         )

@@ -155,11 +155,20 @@ def _check_identity(header: bytes, path: Path, form: Format, any_version: bool) 
 def _check_version(version: int, path: Path, form: Format, any_version: bool) -> None:
     if version > form.version:
         message = f"{path} was written by a newer orient (format {version}, this one knows {form.version})."
-        raise ProjectError(message, "Upgrade orient.")
+        raise ProjectError(message, _way_back(path, form.version))
     if version < 1:
         raise ProjectError(f"{path} has an unknown format ({version}).", "Use a backup.")
     if version < form.version and not any_version:
         raise ProjectError(f"{path} has format {version}.", f"Run: orient upgrade {path.name} (keeps a backup)")
+
+
+def _way_back(path: Path, version: int) -> str:
+    """There is no downgrade; an upgrade has kept the file as it was before."""
+    for older in range(version, 0, -1):
+        kept = path.with_name(f"{path.name}.bak-{older:04d}")
+        if kept.is_file():
+            return f"Upgrade orient, or go back to what the upgrade kept: {kept.name}"
+    return "Upgrade orient."
 
 
 def _side_files(path: Path, is_written: bool) -> Journal:

@@ -1,5 +1,6 @@
 """`orient upgrade`: migrate a copy, verify it, keep the old file as a backup, replace it in one step."""
 
+import hashlib
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,13 +12,20 @@ from orient.errors import ProjectError
 from orient.store import verify
 from orient.store.connection import open_engine
 from orient.store.copies import copy_pages
-from orient.store.creation import build, migrations_folder
+from orient.store.creation import build, migrations_folder, tables_of_version
 from orient.store.error_map import disk_errors, replaced, translated
-from orient.store.fingerprint import check_fingerprint, check_pages
+from orient.store.errors import StorageError
+from orient.store.fingerprint import (
+    check_fingerprint,
+    check_migration,
+    check_pages,
+    compare_objects,
+    tables_and_indexes,
+)
 from orient.store.format import Format, current_format
-from orient.store.gate import recover, require_writable
+from orient.store.gate import CHECK_DEADLINE_S, recover, require_writable
 from orient.store.guards import quoted
-from orient.store.new_file import sync_name, temporary_file
+from orient.store.new_file import make_file, sync_name, temporary_file
 from orient.store.preflight import Preflight, identity, preflight
 from orient.store.watch import Watch
 
@@ -29,6 +37,7 @@ class Upgraded:
     before: int
     after: int
     backup: Path | None
+    warnings: tuple[str, ...] = ()
 
 
 def upgrade_project(
@@ -54,10 +63,20 @@ def upgrade_project(
                 before = int(original.exec_driver_sql("PRAGMA main.user_version").scalar_one())
                 if before == form.version:
                     return Upgraded(before, before, None)
-                check_pages(original, look.path)
+                with watch.within(CHECK_DEADLINE_S):
+                    _check_tables(original, look.path, before, migrations or migrations_folder())
+                    check_pages(original, look.path)
                 return _upgrade(look, before, form, migrations or migrations_folder())
     finally:
         engine.dispose()
+
+
+def _check_tables(original: Connection, path: Path, before: int, migrations: Path) -> None:
+    """A stranger's tables are refused unread. His views and triggers go unused: all of them are made anew."""
+    with temporary_file(path.parent) as scratch:
+        expected = tables_of_version(scratch, before, migrations)
+    compare_objects(tables_and_indexes(original), expected, path)
+    check_migration(original, f"{before:04d}", path)
 
 
 def _upgrade(look: Preflight, before: int, form: Format, migrations: Path) -> Upgraded:
@@ -65,15 +84,48 @@ def _upgrade(look: Preflight, before: int, form: Format, migrations: Path) -> Up
     _let_go(backup, look.path)
     with disk_errors(look.path), temporary_file(look.path.parent, look.path.stat().st_mode & 0o777) as copy:
         copy_pages(look.path, copy)
+        same, warnings = _sha256(copy), _warnings(look)
         _migrate(copy, form, migrations)
-        os.link(look.path, backup)
+        _keep(look.path, backup, same)
         try:
             copy.replace(look.path)
         except OSError:
             backup.unlink(missing_ok=True)
             raise
         sync_name(look.path)
-    return Upgraded(before, form.version, backup)
+    return Upgraded(before, form.version, backup, warnings)
+
+
+def _keep(path: Path, backup: Path, same: str) -> None:
+    """The old file itself under a second name; where a file can have only one, a copy that is as the one upgraded."""
+    try:
+        os.link(path, backup)
+    except FileExistsError:
+        raise ProjectError(f"{backup} exists.", "Move it away and run the upgrade again.") from None
+    except OSError:
+        make_file(backup, lambda temporary: _copied(path, temporary, same), path.stat().st_mode & 0o777)
+
+
+def _copied(path: Path, target: Path, same: str) -> None:
+    copy_pages(path, target)
+    if _sha256(target) != same:
+        raise StorageError(
+            f"the backup of {path} is not what was read from it. Nothing was changed.", "Check the disk."
+        )
+
+
+def _sha256(path: Path) -> str:
+    """Of a file that SQLite does not have open."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _warnings(look: Preflight) -> tuple[str, ...]:
+    """What a new file under the old name changes besides its content."""
+    owner = look.path.stat().st_uid
+    if not hasattr(os, "geteuid") or owner == os.geteuid():
+        return look.warnings
+    return (*look.warnings, f"{look.path} belonged to another user (number {owner}); now it is yours.")
 
 
 def _let_go(backup: Path, project: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from tests.cli.commands import ROOT, orient, orient_process
 
-PLOTS = ("accuracy", "budget", "ellipses", "residuals")
+PLOTS = ("accuracy", "budget", "ellipses", "iterations", "residuals", "sheet")
 STARTS = {"svg": b"<?xml", "png": b"\x89PNG"}
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -152,7 +152,34 @@ def test_a_plot_before_its_stage_says_what_to_run(fresh: Path) -> None:
     assert (said.code, "needs resection, covariance" in said.err) == (2, True)
     said = orient("plot", fresh, "portrait", "-o", fresh.parent / "x.svg")
     assert 'there is no plot "portrait"' in said.err
-    assert "Plots are accuracy, budget, ellipses, residuals." in said.err
+    assert "Plots are accuracy, budget, ellipses, iterations, residuals, sheet." in said.err
+
+
+def test_a_part_is_named_where_there_are_several(model: Path, space: Path) -> None:
+    """Zones of a model, sheets of a map; a name that is not there is refused with those that are."""
+    west = orient("plot", model, "iterations", "-o", "-", "--part", "west")
+    assert (west.code, "zone west" in west.out) == (0, True)
+    assert "zone east" in orient("plot", model, "iterations", "-o", "-").out
+    said = orient("plot", model, "iterations", "-o", "-", "--part", "south")
+    assert (said.code, said.err.splitlines()[1].strip()) == (2, "Zones are east, west.")
+    said = orient("plot", space, "sheet", "-o", "-", "--part", "K-35")
+    assert (said.code, said.err.splitlines()[1].strip()) == (2, "Sheets are K-34.")
+    assert "40-18" in orient("plot", space, "sheet", "-o", "-", "--part", "K-34").out
+
+
+def test_the_vectors_of_a_sheet_are_drawn_in_the_direction_of_the_ground(space: Path) -> None:
+    """On a sheet that lies almost north up, a residual to the east points to the right: signs of the drawn arrows."""
+    from orient.report.plots import BY_NAME, plot_data
+    from orient.report.plots.sheet import _metres_per_mm, _reading
+    from orient.store.project import open_project
+
+    with open_project(space) as project:
+        data = plot_data(project, project.heads(), BY_NAME["sheet"].tables)
+    rows = [{**_reading(row, data), **row} for row in data.tables["digitize"]["cross_residual"]]
+    scale = _metres_per_mm(rows, data.tables["photo"]["photo"][0])
+    # the map is 1:1 000 000: one millimetre is one kilometre; 2 % for the projection
+    assert scale[0, 0] == pytest.approx(1000.0, rel=0.02)
+    assert scale[1, 1] == pytest.approx(1000.0, rel=0.02)
 
 
 def test_show_says_what_the_seed_says_of_a_vertical_photo(aerial: Path) -> None:

@@ -10,7 +10,8 @@ import pytest
 
 from tests.cli.commands import ROOT, SPACE
 
-SHIPPED = ("_migrations/env.py", "store/guards.sql", "store/views.sql", "store/schema.json")
+REPORT = ("report/locale/uk.po", "report/html/report.css", "report/html/report.html.j2")
+SHIPPED = ("_migrations/env.py", "store/guards.sql", "store/views.sql", "store/schema.json", *REPORT)
 
 
 @pytest.fixture(scope="module")

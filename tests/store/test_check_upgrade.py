@@ -13,6 +13,7 @@ from orient.errors import ProjectError, UsageError
 from orient.models import APPLICATION_ID, SCHEMA_VERSION
 from orient.store import creation, upgrade
 from orient.store.check import check_project
+from orient.store.errors import DiskFull
 from orient.store.format import Format
 from orient.store.gate import pass_gate
 from orient.store.preflight import preflight
@@ -143,7 +144,7 @@ def test_a_full_disk_during_the_upgrade(full: Path, following: NextFormat, monke
 
     before = sha256(full)
     monkeypatch.setattr(upgrade, "copy_pages", no_space)
-    with pytest.raises(OSError, match="space"):
+    with pytest.raises(DiskFull):
         upgrade_project(full, following.form, following.migrations)
     assert sha256(full) == before
     assert [file.name for file in full.parent.iterdir()] == [full.name]

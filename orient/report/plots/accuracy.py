@@ -6,6 +6,7 @@ import numpy as np
 
 from orient.errors import OrientError
 from orient.report.covariance import plan_sigma
+from orient.report.language import tr
 from orient.report.plots import PlotData
 from orient.report.plots.canvas import (
     RED,
@@ -14,6 +15,7 @@ from orient.report.plots.canvas import (
     draw_frame,
     draw_legend,
     draw_points,
+    largest_first,
     new_figure,
     numbers,
     source,
@@ -34,8 +36,9 @@ CUBIC, FINE = 3, 121
 def draw(data: PlotData) -> "Figure":
     """The figure: x right, y up in mm, sigma = sqrt((sigma_X^2 + sigma_Y^2)/2) in m at the points' mean height."""
     x, y, sigma = _grid(data)
-    rows = data.tables["resection"]["image_residual"]
-    title = "Ground accuracy: sigma of X and Y of a new point, in m"
+    every = data.tables["resection"]["image_residual"]
+    rows = largest_first(every, np.zeros(len(every)))
+    title = tr("Ground accuracy: sigma of X and Y of a new point, in m")
     figure, axes = new_figure(title, source(data), width=7.2)
     seen = sigma[np.isfinite(sigma)]
     if seen.max() > seen.min() * (1 + SAME):
@@ -43,7 +46,7 @@ def draw(data: PlotData) -> "Figure":
     draw_frame(axes, data.tables["photo"]["photo"][0], np.zeros((0, 2)))
     draw_points(axes, rows, numbers(rows, "x_mm", "y_mm"))
     smallest, largest = np.nanargmin(sigma), np.nanargmax(sigma)
-    for place, word, sign in ((smallest, "best", "s"), (largest, "worst", "x")):
+    for place, word, sign in ((smallest, tr("best"), "s"), (largest, tr("worst"), "x")):
         at = (float(x[place % len(x)]), float(y[place // len(x)]))
         axes.plot(
             *at,
@@ -95,7 +98,7 @@ def _draw_contours(axes: "Axes", x: Array, y: Array, sigma: Array) -> None:
         text.set_bbox(WHITE_BOX)
         text.set_zorder(BELOW_POINTS)
     bar = axes.figure.colorbar(shades, ax=axes, shrink=0.8, pad=0.02, ticks=levels, format="%g")
-    bar.set_label("sigma, m")
+    bar.set_label(tr("sigma, m"))
     bar.minorticks_off()
 
 

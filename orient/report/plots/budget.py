@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from orient.report.budget import Share, median_shares, plan_variances
+from orient.report.language import mark, tr
 from orient.report.plots import PlotData
 from orient.report.plots.canvas import GREY, INK, WHITE_BOX, new_figure, shown_name, source
 
@@ -13,13 +14,13 @@ if TYPE_CHECKING:
 
 MOST_BARS = 40
 COLOURS = {
-    "image readings": "#0072b2",
-    "interior orientation": "#56b4e9",
-    "digitiser": "#e69f00",
-    "map graticule": "#009e73",
-    "heights": "#cc79a7",
-    "survey": "#d55e00",
-    "camera": "#f0e442",
+    mark("image readings"): "#0072b2",
+    mark("interior orientation"): "#56b4e9",
+    mark("digitiser"): "#e69f00",
+    mark("map graticule"): "#009e73",
+    mark("heights"): "#cc79a7",
+    mark("survey"): "#d55e00",
+    mark("camera"): "#f0e442",
 }
 """The same in every picture; told apart by every eye."""
 ROW_INCHES, FIXED_INCHES = 0.17, 1.7
@@ -39,19 +40,24 @@ def draw(data: PlotData) -> "Figure":
     axes.set_aspect("auto")
     _draw_bars(axes, shares, [by_point[point] for point in chosen])
     _draw_median(axes, shares)
-    names = ["median", *(shown_name(point) for point in chosen)]
+    names = [tr("median"), *(shown_name(point) for point in chosen)]
     axes.set_yticks([-1.5, *range(len(chosen))], names, fontsize=7)
     axes.set_ylim(len(chosen) - 0.4, -2.2)
     axes.set_xlim(0.0, 100.0)
-    axes.set_xlabel("share of the variance, %; at the right sqrt((sX² + sY²)/2)")
+    axes.set_xlabel(tr("share of the variance, %; at the right sqrt((sX² + sY²)/2)"))
     axes.tick_params(axis="y", length=0)
     figure.legend(loc="outside lower center", ncols=4, fontsize=8, frameon=False, columnspacing=1.2)
     return figure
 
 
 def _title(shares: Sequence[Share], shown: int, all_points: int) -> str:
-    which = "" if shown == all_points else f", the {shown} least sure of {all_points} points"
-    return f"Where the ground error comes from{which}" if shares else "No error budget"
+    if not shares:
+        return tr("No error budget")
+    if shown == all_points:
+        return tr("Where the ground error comes from")
+    return tr(
+        "Where the ground error comes from, the {shown} least sure of {total} points", shown=shown, total=all_points
+    )
 
 
 def _draw_bars(axes: "Axes", shares: Sequence[Share], points: Sequence[Mapping[tuple[str, str], float]]) -> None:
@@ -60,7 +66,7 @@ def _draw_bars(axes: "Axes", shares: Sequence[Share], points: Sequence[Mapping[t
     for share, colour in zip(shares, _colours(shares), strict=True):
         of_source = [sum(v for (name, _), v in parts.items() if name == share.source) for parts in points]
         widths = [100 * part / total if total > 0 else 0.0 for part, total in zip(of_source, totals, strict=True)]
-        axes.barh(range(len(points)), widths, left=left, height=0.8, color=colour, label=share.source)
+        axes.barh(range(len(points)), widths, left=left, height=0.8, color=colour, label=tr(share.source))
         left = [begin + width for begin, width in zip(left, widths, strict=True)]
     for i, total in enumerate(totals):
         axes.annotate(

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from orient.errors import UsageError
 from orient.intake.camera import frame_centre
+from orient.report.language import tr, trn
 from orient.report.plots import PlotData
 from orient.report.text import CONTROL
 from orient.values import Row
@@ -42,6 +43,8 @@ SETTINGS: dict[Any, Any] = {
 DPI = 150
 MOST_NAMES = 40
 """Beyond so many points their names would cover each other."""
+MOST_POINTS = 2000
+"""Beyond so many points a picture would be black, and its file would be large."""
 LONGEST_NAME = 24
 NAME_WIDTH, NAME_HEIGHT = 0.06, 0.025
 MARGIN, BAR_ROOM = 0.03, 0.09
@@ -91,9 +94,29 @@ def new_figure(title: str, origin: str, width: float = 6.4, height: float = 6.0)
     return figure, axes
 
 
+def panels(title: str, origin: str, count: int) -> tuple["Figure", Sequence["Axes"]]:
+    """A figure with `count` axes one below the other that share x; heading as `new_figure`."""
+    from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    figure = Figure(figsize=(6.4, 2.1 * count), layout=ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.04))
+    drawn = [figure.add_subplot(count, 1, 1)]
+    drawn += [figure.add_subplot(count, 1, i + 1, sharex=drawn[0]) for i in range(1, count)]
+    drawn[0].set_title(origin, fontsize=7, color=GREY)
+    figure.suptitle(title, fontsize=10)
+    for axes in drawn:
+        for side in ("top", "right"):
+            axes.spines[side].set_visible(False)
+    return figure, drawn
+
+
 def source(data: PlotData) -> str:
     """Photo and versions."""
-    versions = ", ".join(f"{stage} version {version}" for stage, version in data.versions.items() if stage != "photo")
+    versions = ", ".join(
+        tr("{stage} version {version}", stage=stage, version=version)
+        for stage, version in data.versions.items()
+        if stage != "photo"
+    )
     return f"{shown_name(str(data.tables['photo']['photo'][0]['name']), 60)}: {versions}"
 
 
@@ -117,14 +140,14 @@ def draw_frame(axes: "Axes", photo: Row, points: Array, below: float = MARGIN) -
     centre = np.array(frame_centre(photo)) - np.array([x0, y0])
     half = np.array([width, height]) / 2
     axes.add_patch(Rectangle(tuple(centre - half), width, height, fill=False, edgecolor=GREY, linewidth=1.0))
-    axes.plot([0], [0], "+", color=INK, markersize=9, label="principal point", linestyle="none")
+    axes.plot([0], [0], "+", color=INK, markersize=9, label=tr("principal point"), linestyle="none")
     corners = np.vstack([centre - half, centre + half, points])
     low, high = corners.min(axis=0), corners.max(axis=0)
     extent = float(np.max(high - low))
     axes.set_xlim(float(low[0]) - MARGIN * extent, float(high[0]) + MARGIN * extent)
     axes.set_ylim(float(low[1]) - below * extent, float(high[1]) + MARGIN * extent)
-    axes.set_xlabel("x, mm")
-    axes.set_ylabel("y, mm")
+    axes.set_xlabel(tr("x, mm"))
+    axes.set_ylabel(tr("y, mm"))
 
 
 def draw_points(axes: "Axes", rows: Sequence[Row], places: Array, away_from: Array | None = None) -> None:
@@ -135,16 +158,21 @@ def draw_points(axes: "Axes", rows: Sequence[Row], places: Array, away_from: Arr
     for role, colour in COLOURS.items():
         chosen = [i for i, row in enumerate(rows) if row["role"] == role]
         if chosen:
-            label = f"{len(chosen)} {role} point{'s' if len(chosen) > 1 else ''}"
+            label = _counted(role, len(chosen))
             axes.plot(
                 *places[chosen].T, MARKERS[role], color=colour, markersize=3.5, linestyle="none", label=label, zorder=3
             )
-    if len(rows) > MOST_NAMES:
+    label_points(axes, [str(row["point"]) for row in rows], places, away_from)
+
+
+def label_points(axes: "Axes", names: Sequence[str], places: Array, away_from: Array | None = None) -> None:
+    """The names beside the places (n, 2), where there is room and if they are not too many."""
+    if len(names) > MOST_NAMES:
         return
     for i in _with_room(places, np.ptp(axes.get_xlim())):
         left, below = (False, False) if away_from is None else away_from[i] > 0
         axes.annotate(
-            shown_name(str(rows[i]["point"])),
+            shown_name(names[i]),
             (float(places[i, 0]), float(places[i, 1])),
             (-3 if left else 3, -3 if below else 3),
             textcoords="offset points",
@@ -154,6 +182,27 @@ def draw_points(axes: "Axes", rows: Sequence[Row], places: Array, away_from: Arr
             color=INK,
             zorder=4,
         )
+
+
+def _counted(role: str, n: int) -> str:
+    if role == "control":
+        return trn("{n} control point", "{n} control points", n)
+    return trn("{n} check point", "{n} check points", n)
+
+
+def largest_first(rows: Sequence[Row], sizes: Array) -> list[Row]:
+    """At most MOST_POINTS rows, those of the largest sizes (n,), in their own order."""
+    if len(rows) <= MOST_POINTS:
+        return list(rows)
+    chosen = np.sort(np.argsort(-sizes, kind="stable")[:MOST_POINTS])
+    return [rows[i] for i in chosen]
+
+
+def title_of_part(title: str, shown: int, total: int) -> str:
+    """The title, and how many of all points are drawn if not all are."""
+    if shown == total:
+        return title
+    return title + "\n" + tr("the {shown} largest of {total}", shown=shown, total=total)
 
 
 def _with_room(places: Array, extent: float) -> list[int]:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from orient.report.language import mark, tr
 from orient.report.plots import PlotData
 from orient.report.plots.canvas import (
     COLOURS,
@@ -12,10 +13,12 @@ from orient.report.plots.canvas import (
     draw_legend,
     draw_points,
     draw_scale,
+    largest_first,
     magnification,
     new_figure,
     numbers,
     source,
+    title_of_part,
 )
 
 if TYPE_CHECKING:
@@ -27,36 +30,40 @@ ROOM, ROOM_OF_ONE = 0.1, 0.6
 """Largest semi-axis, as part of the ground that is shown: at most, and times the square root of the points."""
 WIDE_M = 5000.0
 AXES = {
-    "topocentric": ("Y, grid east", "X, grid north"),
-    "local_left": ("Y", "X"),
-    "local_right": ("X", "Y"),
+    "topocentric": (mark("Y, grid east"), mark("X, grid north")),
+    "local_left": (mark("Y"), mark("X")),
+    "local_right": (mark("X"), mark("Y")),
 }
 
 
 def draw(data: PlotData) -> "Figure":
     """The figure: north (or Y of right-handed local ground) up; ellipses magnified as the bar says."""
-    rows = data.tables["covariance"]["ground_covariance"]
+    every = data.tables["covariance"]["ground_covariance"]
+    rows = largest_first(every, numbers(every, "ellipse_a_m")[:, 0])
     kind = str(data.tables["topocentric"]["topocentric_frame"][0]["kind"])
     places = numbers(rows, "X_m", "Y_m")
     azimuth = numbers(rows, "ellipse_azimuth_deg")[:, 0]
     angle = azimuth if kind == "local_right" else 90.0 - azimuth
     if kind != "local_right":
         places = places[:, ::-1]
-    unit, name = (KM, "km") if float(np.max(np.ptp(places, axis=0))) > WIDE_M else (1.0, "m")
+    unit, name = (KM, tr("km")) if float(np.max(np.ptp(places, axis=0))) > WIDE_M else (1.0, tr("m"))
     places = places / unit
     axes_a, axes_b = numbers(rows, "ellipse_a_m", "ellipse_b_m").T
     extent = float(np.max(np.ptp(places, axis=0))) or 1.0
     scale, bar = magnification(float(np.max(axes_a)), min(ROOM, ROOM_OF_ONE / len(rows) ** 0.5) * extent)
-    title = f"Standard error ellipses (39 %), median semi-major axis {np.median(axes_a):.3g} m"
-    figure, axes = new_figure(title, source(data))
+    median = np.median(numbers(every, "ellipse_a_m"))
+    title = tr("Standard error ellipses (39 %), median semi-major axis {median} m", median=f"{median:.3g}")
+    figure, axes = new_figure(title_of_part(title, len(rows), len(every)), source(data))
     _limit(axes, places, scale * axes_a)
     _draw_ellipses(axes, [str(row["role"]) for row in rows], places, scale * np.column_stack([axes_a, axes_b]), angle)
     draw_points(axes, rows, places)
     if bar > 0:
-        draw_scale(axes, scale * bar, f"semi-axis {bar:g} m ({scale * unit:g} times)")
+        draw_scale(
+            axes, scale * bar, tr("semi-axis {size} m ({times} times)", size=f"{bar:g}", times=f"{scale * unit:g}")
+        )
     east, north = AXES[kind]
-    axes.set_xlabel(f"{east}, {name}")
-    axes.set_ylabel(f"{north}, {name}")
+    axes.set_xlabel(f"{tr(east)}, {name}")
+    axes.set_ylabel(f"{tr(north)}, {name}")
     axes.ticklabel_format(useOffset=False, style="plain")
     axes.locator_params(nbins=6)
     draw_legend(figure)
