@@ -267,7 +267,7 @@ def test_a_locked_project_says_so(full: Path, monkeypatch: pytest.MonkeyPatch) -
         new = new_run(second, "photo", 0.25)
         gated = first._open_gate()
         gated.connection.execution_options(immediate=True)
-        with gated.connection.begin(), pytest.raises(Locked, match="another orient command"):
+        with gated.connection.begin(), pytest.raises(Locked, match="in use by another command"):
             second.append(new)
         assert second.append(new).version == 2
 
