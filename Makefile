@@ -49,8 +49,9 @@ docs-check: $(STAMP) ## fail if the generated pages are not up to date
 messages: $(STAMP) ## bring the catalogues of the report's languages up to date
 	$(BIN)/python -m orient.report.catalogues
 
-bench: $(STAMP) ## start-up and run time as ratios
-	$(BIN)/python benchmarks/startup.py
+bench: $(STAMP) ## speed as ratios to other libraries (ten minutes): docs/performance.md and its figure
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable ".[fast,bench]"
+	$(BIN)/python -m benchmarks
 
 wheel: $(STAMP) ## build dist/orient-*.whl
 	$(BIN)/python -m build --wheel --outdir dist .

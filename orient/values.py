@@ -1,9 +1,9 @@
 """What travels between the floors: rows, events, outcomes. Imports nothing of orient."""
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal, Self
+from typing import Any, Literal, Self, overload
 
 Scalar = str | int | float | None
 Row = Mapping[str, Scalar]
@@ -11,6 +11,48 @@ Row = Mapping[str, Scalar]
 Tables = Mapping[str, Sequence[Row]]
 """The rows of one run, keyed by table name."""
 Settings = Mapping[str, str | int | float | bool | None]
+
+
+class Columns(Sequence[Row]):
+    """Rows of a large table, kept by column: a list or an array of floats for each name, all of one length.
+
+    To a reader it is a sequence of rows like any other; the store takes the columns as they are.
+    """
+
+    __slots__ = ("by_name",)
+
+    def __init__(self, by_name: Mapping[str, Any]) -> None:
+        self.by_name = by_name
+        if len({len(values) for values in by_name.values()}) > 1:
+            raise ValueError("columns of one table have different lengths")
+
+    def __len__(self) -> int:
+        return len(next(iter(self.by_name.values()), ()))
+
+    @overload
+    def __getitem__(self, place: int) -> Row: ...
+    @overload
+    def __getitem__(self, place: slice) -> "Columns": ...
+    def __getitem__(self, place: int | slice) -> "Row | Columns":
+        part = {name: values[place] for name, values in self.by_name.items()}
+        if isinstance(place, slice):
+            return Columns(part)
+        return {name: value.item() if hasattr(value, "item") else value for name, value in part.items()}
+
+    def __iter__(self) -> Iterator[Row]:
+        plain = [as_list(values) for values in self.by_name.values()]
+        return (dict(zip(self.by_name, row, strict=True)) for row in zip(*plain, strict=True))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Sequence) and list(self) == list(other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def as_list(values: Any) -> Sequence[Scalar]:
+    """A column as Python numbers and words, whether it is an array or a list."""
+    return values.tolist() if hasattr(values, "tolist") else values  # type: ignore[no-any-return]
+
 
 Severity = Literal["info", "warning", "error"]
 

@@ -31,12 +31,17 @@ LOCAL_CONFIG = {
     "distributed.scheduler.allowed-failures": WORKER_DEATHS,
     "distributed.nanny.pre-spawn-environ": ONE_THREAD,
     "distributed.worker.multiprocessing-method": "spawn",
+    "distributed.worker.profile.enabled": False,
+    "distributed.worker.memory.monitor-interval": "500ms",
+    "distributed.admin.system-monitor.interval": "10s",
+    "distributed.scheduler.active-memory-manager.start": False,
     "distributed.worker.memory.target": False,
     "distributed.worker.memory.spill": False,
     "distributed.diagnostics.nvml": False,
     "distributed.deploy.lost-worker-timeout": "1 day",
 }
-"""`lost-worker-timeout`: a worker that is being started again after its death is not given up for good."""
+"""Nobody looks at profiles and monitors. `lost-worker-timeout`: a worker that is being started again after its death is
+not given up for good."""
 
 LOST = Refusal(
     "the worker ended while it worked on this photo (killed, or out of memory), more than once.",

@@ -10,6 +10,7 @@ from contextlib import suppress
 from types import FrameType
 
 import typer
+from typer.models import CommandInfo
 
 from orient.cli import (
     audit,
@@ -105,9 +106,17 @@ def run() -> None:
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115  (for the life of the process)
     if COMPLETING in os.environ:
         os.environ["TERMINAL_WIDTH"] = ONE_LINE  # a name offered to the shell and what it means are one line
+    everything = app.registered_commands
+    app.registered_commands = _named(everything, sys.argv[1:]) or everything
     code = _exit_code(app)
+    app.registered_commands = everything
     _no_more_signals()
     sys.exit(code)
+
+
+def _named(commands: list[CommandInfo], words: list[str]) -> list[CommandInfo]:
+    """The command that the first word names: typer would build all of them, with all their options."""
+    return [command for command in commands if command.callback and [command.callback.__name__] == words[:1]]
 
 
 def _exit_code(command: Callable[[], object]) -> int:

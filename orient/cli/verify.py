@@ -29,7 +29,8 @@ def verify(
 ) -> None:
     """Compute every run again from its recorded inputs and settings, and compare every number.
 
-    Bit by bit where software and processor are those of the run, else to 1e-9. A second engine solves each adjustment.
+    Bit by bit where software and processor are those of the run, else to 1e-9. A second engine solves each adjustment;
+    OpenCV and PoseLib check poses where they are installed: pip install 'orient[engines]'.
     """
     from orient.pipeline.verify import Request
     from orient.report.verify import show_verify

@@ -18,7 +18,7 @@ from orient.errors import OrientError, UsageError
 from orient.pipeline.frames import Frame
 from orient.pipeline.new_points import in_image, on_ground
 from orient.pipeline.photo_model import STAGES, PhotoModel, photo_model
-from orient.pipeline.registry import BY_NAME, INPUT_STAGES
+from orient.pipeline.registry import BY_NAME, INPUT_STAGES, is_optional
 from orient.report.findings import findings
 from orient.report.plots import BY_NAME as PLOTS
 from orient.report.questions import answered
@@ -94,7 +94,7 @@ class Photo:
             if result.run is not None and result.failed:
                 kept = f"{result.stage}: {result.run.error} (kept as version {result.run.version})"
                 raise OrientError(kept, result.hint)
-        return [_done(result) for result in results]
+        return [_done(one) for one in results if not (one.waits_for and is_optional(one.stage, one.waits_for))]
 
     def add(self, what: str, *files: PathLike, reason: str, decimal: str = "point", encoding: str = "utf-8") -> Done:
         """A new version of one list - photo, readings, sheet, control, model - from its CSV and TOML files."""

@@ -38,5 +38,8 @@ class Picture:
         write_output(target, content, self.project, force)
         return target
 
+    def __repr__(self) -> str:
+        return f"Picture({self.kind!r} of {self.project.name!r})"
+
     def _repr_png_(self) -> bytes:
         return self.png

@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 Radius = Callable[[Ellipsoid, ArrayLike], Array]
 
 LATITUDE_STEPS = 20
+POINTS_AT_ONCE = 8192
+"""Points whose intermediate numbers stay in the processor's cache."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,19 +51,30 @@ def topocentric_from_geographic(
     Exact at any distance, on any ellipsoid, at the poles and across the date line (l enters only as sine). `radius`
     gives N: exact, or the paper's `prime_vertical_polynomial`.
     """
-    B, L, H = (np.asarray(value, dtype=np.float64) for value in (B, L, H))
+    B, L, H = np.broadcast_arrays(*(np.asarray(value, dtype=np.float64) for value in (B, L, H)))
+    if B.ndim != 1 or len(B) <= POINTS_AT_ONCE:
+        return _topocentric(B, L, H, origin, ellipsoid, radius)
+    parts = [slice(begin, begin + POINTS_AT_ONCE) for begin in range(0, len(B), POINTS_AT_ONCE)]
+    T = np.empty((len(B), 3))
+    for part in parts:
+        T[part] = _topocentric(B[part], L[part], H[part], origin, ellipsoid, radius)
+    return T
+
+
+def _topocentric(B: Array, L: Array, H: Array, origin: Origin, ellipsoid: Ellipsoid, radius: Radius) -> Array:
     B_N, dB, l = origin.B, B - origin.B, L - origin.L
     N, N_N = radius(ellipsoid, B), radius(ellipsoid, B_N)
-    V, V_N = (np.sqrt(1.0 + ellipsoid.ep2 * np.cos(latitude) ** 2) for latitude in (B, np.float64(B_N)))
+    sin_B, cos_B, sin_dB, sin_half = np.sin(B), np.cos(B), np.sin(dB), np.sin(dB / 2.0)
+    V, V_N = (np.sqrt(1.0 + ellipsoid.ep2 * cosine**2) for cosine in (cos_B, np.cos(np.float64(B_N))))
     nu = 2.0 * (N + H) * np.sin(l / 2.0) ** 2
-    dN = N_N * ellipsoid.ep2 * np.sin(dB) * np.sin(B + B_N) / (V * (V_N + V))  # = N - N_N without cancellation
-    Q = ellipsoid.e2 * (dN * np.sin(B) + 2.0 * N_N * np.cos((B + B_N) / 2.0) * np.sin(dB / 2.0))
-    X = (N + H) * np.sin(dB) + nu * np.cos(B) * np.sin(B_N) - Q * np.cos(B_N)
-    Y = (N + H) * np.cos(B) * np.sin(l)
+    dN = N_N * ellipsoid.ep2 * sin_dB * np.sin(B + B_N) / (V * (V_N + V))  # = N - N_N without cancellation
+    Q = ellipsoid.e2 * (dN * sin_B + 2.0 * N_N * np.cos((B + B_N) / 2.0) * sin_half)
+    X = (N + H) * sin_dB + nu * cos_B * np.sin(B_N) - Q * np.cos(B_N)
+    Y = (N + H) * cos_B * np.sin(l)
     Z = (
         (dN + H - origin.H) * np.cos(dB)
-        - 2.0 * (N_N + origin.H) * np.sin(dB / 2.0) ** 2
-        - nu * np.cos(B) * np.cos(B_N)
+        - 2.0 * (N_N + origin.H) * sin_half**2
+        - nu * cos_B * np.cos(B_N)
         - Q * np.sin(B_N)
     )
     return np.stack([X, Y, Z], axis=-1)
@@ -91,7 +104,18 @@ def geographic_from_geocentric(XYZ: ArrayLike, ellipsoid: Ellipsoid) -> Array:
     On the axis L = 0. Within some 45 km of the Earth's centre the normal is not unique and B has no meaning.
     Source: B. R. Bowring, 1976.
     """
-    X, Y, Z = np.moveaxis(np.asarray(XYZ, dtype=np.float64), -1, 0)
+    points = np.asarray(XYZ, dtype=np.float64)
+    if points.ndim != 2 or len(points) <= POINTS_AT_ONCE:
+        return _geographic(points, ellipsoid)
+    found = np.empty_like(points)
+    for begin in range(0, len(points), POINTS_AT_ONCE):
+        part = slice(begin, begin + POINTS_AT_ONCE)
+        found[part] = _geographic(points[part], ellipsoid)
+    return found
+
+
+def _geographic(XYZ: Array, ellipsoid: Ellipsoid) -> Array:
+    X, Y, Z = np.moveaxis(XYZ, -1, 0)
     a, b, e2, ep2 = ellipsoid.a_m, ellipsoid.b_m, ellipsoid.e2, ellipsoid.ep2
     p = np.hypot(X, Y)
     beta = np.arctan2(a * Z, b * p)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
+POINTS_AT_ONCE = 8192
 
 
 def exponents(degree: int) -> tuple[tuple[int, int], ...]:
@@ -33,3 +34,28 @@ def powers(u: ArrayLike, degree: int) -> list[Array]:
     """[1, u, u^2, ..., u^degree], each (n,)."""
     base = np.asarray(u, dtype=np.float64)
     return [base**j for j in range(degree + 1)]
+
+
+def values(u: ArrayLike, v: ArrayLike, coefficients: Array) -> Array:
+    """z (n, c) = sum a_jk u^j v^k of c polynomials, `coefficients` (m, c), by Horner's rule.
+
+    z = sum over k of v^k (sum over j of a_jk u^j): both sums nested, no powers,
+    some thousand points at once.
+    """
+    u, v = np.asarray(u, dtype=np.float64), np.asarray(v, dtype=np.float64)
+    degree = int((np.sqrt(8 * len(coefficients) + 1) - 3) / 2)
+    by_power = dict(zip(exponents(degree), coefficients, strict=True))
+    found = np.empty((len(u), coefficients.shape[1]))
+    for begin in range(0, len(u), POINTS_AT_ONCE):
+        part = slice(begin, begin + POINTS_AT_ONCE)
+        for c in range(coefficients.shape[1]):
+            total = np.zeros_like(u[part])
+            for k in range(degree, -1, -1):
+                inner = np.full_like(total, by_power[degree - k, k][c])
+                for j in range(degree - k - 1, -1, -1):
+                    inner *= u[part]
+                    inner += by_power[j, k][c]
+                total *= v[part]
+                total += inner
+            found[part, c] = total
+    return found

@@ -160,19 +160,15 @@ def _meeting(seen: Observations, oriented: Oriented, resection: Tables, frame: F
 
 def _places(seen: Observations, adjusted: Mapping[str, Row]) -> Array:
     """(n, 3) a place at the height of each point: adjusted where the resection moved it, else as given."""
-    return np.array(
-        [
-            columns([adjusted.get(point, row)], "X_m", "Y_m", "Z_m")[0]
-            for point, row in zip(seen.points, seen.rows, strict=True)
-        ]
-    ).reshape(-1, 3)
+    rows = [adjusted.get(point, row) for point, row in zip(seen.points, seen.rows, strict=True)]
+    return columns(rows, "X_m", "Y_m", "Z_m")
 
 
 def _height_variance(seen: Observations, adjusted: Mapping[str, Row], scale: float) -> Array:
     """(n,) variance of the given heights, 0 if taken as known; of the adjusted height where none was given."""
     covariance = np.nan_to_num(covariances(seen.rows))
-    for i in np.flatnonzero(seen.known == "plan"):
-        covariance[i] = scale * covariances([adjusted[seen.points[int(i)]]], "q_", "")[0]
+    plan = np.flatnonzero(seen.known == "plan")
+    covariance[plan] = scale * covariances([adjusted[seen.points[i]] for i in plan.tolist()], "q_", "")
     variance: Array = np.einsum("ni,nij,nj->n", seen.up, covariance, seen.up)
     return variance
 

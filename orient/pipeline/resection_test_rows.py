@@ -11,25 +11,25 @@ from orient.pipeline.choice import surprise
 from orient.pipeline.exclusions import Decided, decision_rows, masking_events, numbered, robust_events, snooping_events
 from orient.pipeline.resection_blunders import Chosen, Task, Tested
 from orient.pipeline.resection_rows import ROTATIONS, STATION
-from orient.pipeline.tables import Array
+from orient.pipeline.tables import Array, joined, nullable
 from orient.pipeline.test_rows import (
     MOST_CORRELATED,
     MOST_EFFECTS,
     Observation,
-    Shift,
     adjustment_row,
     largest_places,
-    observation_row,
     point_rows,
+    verdicts,
 )
 from orient.solvers.reliability import BlockTests, block_statistic, most_correlated
 from orient.solvers.resection_reliability import IMAGE, far_apart, largest_ground_shift
 from orient.units import DEGREES_PER_RADIAN, listed
-from orient.values import Event, Row, Scalar, Tables
+from orient.values import Columns, Event, Row, Scalar, Tables
 
 AXES = (("image", "x", "mm"), ("image", "y", "mm"), ("ground", "X", "m"), ("ground", "Y", "m"), ("ground", "Z", "m"))
 OBSERVATIONS = [f"{kind} {axis}" for kind, axis, _ in AXES]
 NAMED = 10
+NAMES = ("kind", "part", "point", "axis", "unit")
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,11 +55,12 @@ def test_tables(task: Task, chosen: Chosen) -> tuple[Tables, list[Event]]:
     events = [*snooping_events(exclusions, chance), *seen, *masking_events("", whole, exclusions)]
     names = tested.solved.control.points
     tables["adjustment_test"] = [whole]
-    tables["observation_test"] = _observation_rows(task, tested)
+    observed = _observation_rows(task, tested)
+    tables["observation_test"] = observed
     T, freedom = block_statistic(tested.reliability.tests[0], IMAGE, tested.limits)
     tables["point_test"] = point_rows("", names, T, freedom, found.redundancy, tested.limits)
     tables["external_reliability"] = _effect_rows(task, tested)
-    return tables, [*events, *_unchecked(tables["observation_test"])]
+    return tables, [*events, *_unchecked(observed)]
 
 
 def _exclusions(task: Task, chosen: Chosen) -> list[Row]:
@@ -68,20 +69,38 @@ def _exclusions(task: Task, chosen: Chosen) -> list[Row]:
     return decision_rows("", task.control.points, decided, task.settings, test, OBSERVATIONS)
 
 
-def _observation_rows(task: Task, tested: Tested) -> list[Row]:
+def _observation_rows(task: Task, tested: Tested) -> Columns:
     tests, shifts = tested.reliability.tests, _shifts(task, tested)
     correlated = _correlations(tested)
-    rows: list[Row] = []
-    for group, test in enumerate(tests):
-        values = _residuals(task, tested, group)
-        for block, k in np.argwhere(np.isfinite(test.share)):
-            where = int(shifts[group].point[block, k])
-            shift = Shift(shifts[group].metres[block, k], None if where < 0 else tested.solved.control.points[where])
-            near = correlated.get((group, int(block), int(k)), (None, None))
-            head = _name(task, tested, group, int(block), int(k))
-            v = float(values[block, k])
-            rows.append(observation_row(head, test, (int(block), int(k)), v, shift, near, tested.limits))
-    return rows
+    parts = []
+    for group, (test, shift) in enumerate(zip(tests, shifts, strict=True)):
+        place = np.nonzero(np.isfinite(test.share))
+        at = list(zip(*(index.tolist() for index in place), strict=True))
+        near = [correlated.get((group, block, k), (None, None)) for block, k in at]
+        points = [tested.solved.control.points[i] if i >= 0 else None for i in shift.point[place].tolist()]
+        parts.append(
+            {
+                **_names(task, tested, group, at),
+                "v": _residuals(task, tested, group)[place],
+                "redundancy_number": test.redundancy[place],
+                "share": test.share[place],
+                "w": nullable(test.w[place]),
+                "smallest_error": nullable(test.mdb[place]),
+                "bias_to_noise": nullable(test.bias_to_noise[place]),
+                "ground_shift_m": nullable(shift.metres[place]),
+                "ground_shift_point": points,
+                "rho": [rho for rho, _ in near],
+                "rho_with": [other for _, other in near],
+                "verdict": verdicts(test.w[place], test.share[place], tested.limits),
+            }
+        )
+    return joined(parts)
+
+
+def _names(task: Task, tested: Tested, group: int, at: Sequence[tuple[int, int]]) -> dict[str, list[Scalar]]:
+    """`_name` of the observations of a group, by column."""
+    rows = [_name(task, tested, group, block, k) for block, k in at]
+    return {name: [row[name] for row in rows] for name in NAMES}
 
 
 def _name(task: Task, tested: Tested, group: int, block: int, k: int) -> dict[str, Scalar]:
@@ -178,12 +197,15 @@ def _unknowns(tested: Tested) -> list[tuple[str, str]]:
     return [(name, "deg") for name in ROTATIONS] + [(name, "m") for name in STATION] + of_camera
 
 
-def _unchecked(rows: Sequence[Row]) -> list[Event]:
+def _unchecked(tests: Columns) -> list[Event]:
     """One remark on the readings that the others hardly check or do not check at all."""
     events = []
+    told = [tests.by_name[name] for name in ("kind", "verdict", "point")]
     for word, code in (("not checked", "not_checked"), ("hardly checked", "hardly_checked")):
         points = list(
-            dict.fromkeys(str(row["point"]) for row in rows if row["kind"] == "image" and row["verdict"] == word)
+            dict.fromkeys(
+                point for kind, verdict, point in zip(*told, strict=True) if (kind, verdict) == ("image", word)
+            )
         )
         if points:
             what = "a gross error in them does not show" if code == "not_checked" else "r < 0.1"

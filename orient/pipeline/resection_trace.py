@@ -14,7 +14,9 @@ from orient.pipeline.tables import Array
 from orient.solvers.camera_unknowns import CameraUnknowns
 from orient.solvers.resection import IterationRecord, Resection
 from orient.units import wrap_half_turn
-from orient.values import Row
+from orient.values import Columns, Row
+
+NOTHING = np.zeros(0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,56 +84,67 @@ def _parameter_rows(
     points: Sequence[str],
     interior: CameraUnknowns | None,
     common: Sequence[NamedUnknown],
-) -> Rows:
-    rows: Rows = []
+) -> Sequence[Row]:
+    parts: list[_Unknowns] = []
     camera = found.unknowns[6:]
     units = [] if interior is None else [unit_of(name, interior.camera) for name in camera]
     for number, record in enumerate(found.iterations, 1):
         before = aok_from_matrix(record.rotation)
         after = aok_from_matrix(rotation_exp(record.correction_rotation) @ record.rotation)
         steps = [wrap_half_turn(float(new - old)) for old, new in zip(before, after, strict=True)]
-        rows += _unknown_rows(number, "", ANGLES_AOK, "rad", before, np.array(steps))
+        parts.append(_Unknowns(number, [""], ANGLES_AOK, "rad", np.array(before), np.array(steps)))
         station, step = frame.right_handed(record.station), frame.right_handed(record.correction_station)
-        rows += _unknown_rows(number, "", STATION, "m", station, step)
+        parts.append(_Unknowns(number, [""], STATION, "m", station, step))
         for k, (name, unit) in enumerate(zip(camera, units, strict=True)):
-            value, change = record.camera[k : k + 1], record.correction_camera[k : k + 1]
-            rows += _unknown_rows(number, "", (name,), unit, value, change)
+            parts.append(_Unknowns(number, [""], (name,), unit, record.camera[k], record.correction_camera[k]))
         if record.ground is not None and record.correction_ground is not None:
             places, moves = frame.right_handed(record.ground), frame.right_handed(record.correction_ground)
-            for point, place, move in zip(points, places, moves, strict=True):
-                rows += _unknown_rows(number, point, ("X", "Y", "Z"), "m", place, move)
+            parts.append(_Unknowns(number, points, ("X", "Y", "Z"), "m", places, moves))
         for one, before_step, step_of_c in zip(common, record.common, record.correction_common, strict=True):
-            value = np.array([one.value + before_step])
-            rows += _unknown_rows(number, one.subject, (one.name,), one.unit, value, np.array([step_of_c]))
-    return rows
+            parts.append(_Unknowns(number, [one.subject], (one.name,), one.unit, one.value + before_step, step_of_c))
+    return _parameter_columns(parts)
 
 
-def _unknown_rows(
-    iteration: int, point: str, unknowns: Sequence[str], unit: str, approximations: Array, corrections: Array
-) -> Rows:
-    return [
+@dataclass(frozen=True, slots=True)
+class _Unknowns:
+    """Unknowns of one iteration: those named of each subject, with their approximations and corrections (s, u)."""
+
+    iteration: int
+    subjects: Sequence[str]
+    names: Sequence[str]
+    unit: str
+    approximations: Array | float
+    corrections: Array | float
+
+    def __len__(self) -> int:
+        return len(self.subjects) * len(self.names)
+
+
+def _parameter_columns(parts: Sequence[_Unknowns]) -> Columns:
+    return Columns(
         {
-            "iteration": iteration,
-            "point": point,
-            "unknown": unknown,
-            "unit": unit,
-            "approximation": float(approximation),
-            "correction": float(correction),
+            "iteration": [part.iteration for part in parts for _ in range(len(part))],
+            "point": [subject for part in parts for subject in part.subjects for _ in part.names],
+            "unknown": [name for part in parts for _ in part.subjects for name in part.names],
+            "unit": [part.unit for part in parts for _ in range(len(part))],
+            "approximation": np.concatenate([NOTHING, *(np.ravel(part.approximations) for part in parts)]),
+            "correction": np.concatenate([NOTHING, *(np.ravel(part.corrections) for part in parts)]),
         }
-        for unknown, approximation, correction in zip(unknowns, approximations, corrections, strict=True)
-    ]
+    )
 
 
-def _equation_rows(found: Resection, frame: Frame, points: Sequence[str]) -> Rows:
+def _equation_rows(found: Resection, frame: Frame, points: Sequence[str]) -> Columns:
     coefficients = np.array(found.equations, copy=True)
     coefficients[:, :, 3:6] = frame.right_handed(found.equations[:, :, 3:6])
     coefficients[:, :, 6:9] = frame.right_handed(found.equations[:, :, 6:9])
-    keys = [f"a{number}" for number in range(1, 10)]
-    return [
-        {"point": point, "axis": axis, **named(keys, coefficients[i, j]), "l_mm": float(found.free_terms[i, j])}
-        for i, point in enumerate(points)
-        for j, axis in enumerate("xy")
-    ]
+    return Columns(
+        {
+            "point": [point for point in points for _ in "xy"],
+            "axis": ["x", "y"] * len(points),
+            **{f"a{k + 1}": np.ravel(coefficients[:, :, k]) for k in range(9)},
+            "l_mm": np.ravel(found.free_terms),
+        }
+    )
 
 
 def _camera_equation_rows(found: Resection, points: Sequence[str]) -> Rows:

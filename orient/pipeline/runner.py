@@ -8,7 +8,7 @@ from pathlib import Path
 from orient.errors import OrientError, UsageError
 from orient.pipeline.registry import ABOUT_RUNS, BY_NAME, IMAGE, STAGES, Stage
 from orient.pipeline.setting_values import check_settings
-from orient.store.digest import input_digest, output_digest
+from orient.store.digest import content_of, input_digest
 from orient.store.project import NewRun, Project, RunInfo, create_project, open_project
 from orient.values import Event, InputTables, Outcome, Settings, Tables
 
@@ -51,11 +51,10 @@ def add_input(path: Path, given: InputTables, reason: str, again: bool = False) 
 
 def append_input(project: Project, given: InputTables, reason: str, again: bool = False) -> Result:
     """A new version of one input in an open project; the same content as the current one is not stored again."""
-    head = project.heads().get(given.stage)
-    if head and not again and head.output_digest == output_digest(given.tables, given.events):
+    head, new = project.heads().get(given.stage), _input_run(given, reason)
+    if head and not again and new.content and head.output_digest == new.content.digest:
         return Result(given.stage, head, computed=False, events=project.events(head.run_id))
-    run = project.append(_input_run(given, reason))
-    return Result(given.stage, run, computed=True, events=given.events)
+    return Result(given.stage, project.append(new), computed=True, events=given.events)
 
 
 def photo_facts(path: Path) -> Mapping[str, object] | None:
@@ -157,7 +156,7 @@ def _run(project: Project, stage: Stage, settings: Settings, reason: str, again:
     known = None if again else _known_run(project, stage, full, basis)
     if known is not None:
         return _reuse(project, stage, known, reason)
-    outcome = outcome_of(stage, {name: project.read_tables(run.run_id) for name, run in inputs.items()}, full)
+    outcome = outcome_of(stage, {name: project.read_columns(run.run_id) for name, run in inputs.items()}, full)
     repeated = _same_failure(project, stage, digest, outcome) if outcome.error and not again else None
     if repeated is not None:
         return Result(stage.name, repeated, computed=False, events=outcome.events, hint=outcome.hint)
@@ -226,18 +225,19 @@ def _full_settings(stage: Stage, head: RunInfo | None, given: Settings) -> Setti
 
 def _input_run(given: InputTables, reason: str) -> NewRun:
     settings = {"files": ", ".join(given.files)}
-    content = output_digest(given.tables, given.events)
+    content = content_of(given.tables, given.events)
     return NewRun(
         stage=given.stage,
         stage_version=INPUT_STAGE_VERSION,
         settings=settings,
         inputs={},
-        input_digest=input_digest(given.stage, INPUT_STAGE_VERSION, settings, {"content": content}),
+        input_digest=input_digest(given.stage, INPUT_STAGE_VERSION, settings, {"content": content.digest}),
         expected_heads={},
         actor=current_user(),
         reason=reason,
         outcome=Outcome(given.tables, given.events, summary=describe(given)),
         select=True,
+        content=content,
     )
 
 

@@ -1,13 +1,14 @@
 """Rows of the project file to arrays and back; the one place where None becomes NaN and NumPy scalars become floats."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orient.errors import OrientError
 from orient.solvers.packed import pack_upper, packed_pairs
-from orient.values import Row, Scalar, Tables
+from orient.values import Columns, Row, Scalar, Tables, as_list
 
 Array = NDArray[np.float64]
 COVARIANCE_PARTS = ("XX", "XY", "XZ", "YY", "YZ", "ZZ")
@@ -16,11 +17,26 @@ UPPER_3 = np.triu_indices(3)
 
 def columns(rows: Sequence[Row], *names: str) -> Array:
     """The named columns as an (n, k) array; NULL becomes NaN."""
+    if isinstance(rows, Columns):
+        by_name = [np.array(as_list(rows.by_name[name]), dtype=np.float64) for name in names]  # None becomes NaN
+        return np.array(by_name).reshape(len(names), len(rows)).T.copy()
     values = [[np.nan if row[name] is None else row[name] for name in names] for row in rows]
     return np.array(values, dtype=np.float64).reshape(len(rows), len(names))
 
 
+def nullable(values: Array) -> list[float | None]:
+    """Floats, or None for what is not finite; by column as `or_none` by value."""
+    return np.where(np.isfinite(values), values, None).tolist()  # type: ignore[no-any-return, call-overload]
+
+
+def joined(parts: Sequence[Mapping[str, Any]]) -> Columns:
+    """One table from parts of it by column, all with the same names."""
+    return Columns({name: [value for part in parts for value in as_list(part[name])] for name in parts[0]})
+
+
 def names(rows: Sequence[Row], column: str = "point") -> list[str]:
+    if isinstance(rows, Columns):
+        return [str(value) for value in as_list(rows.by_name[column])]
     return [str(row[column]) for row in rows]
 
 

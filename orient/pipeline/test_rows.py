@@ -78,21 +78,26 @@ def observation_row(
 
 def largest_places(values: Sequence[Array], most: int) -> list[Observation]:
     """Places of the largest finite values of all groups."""
-    places = [
-        (float(value[block, k]), (group, int(block), int(k)))
-        for group, value in enumerate(values)
-        for block, k in np.argwhere(np.isfinite(value))
-    ]
-    return [place for _, place in sorted(places, key=lambda pair: -pair[0])[:most]]
+    sizes = np.concatenate([np.ravel(value) for value in values])
+    order = np.argsort(-np.where(np.isfinite(sizes), sizes, -np.inf), kind="stable")[:most]
+    firsts = np.cumsum([0, *(value.size for value in values)])
+    found: list[Observation] = []
+    for place in order[np.isfinite(sizes[order])].tolist():
+        group = int(np.searchsorted(firsts, place, side="right")) - 1
+        block, k = divmod(place - int(firsts[group]), values[group].shape[1])
+        found.append((group, block, k))
+    return found
 
 
 def verdict(w: float, share: float, limits: Limits) -> str:
     """In words: can the observation be believed?"""
-    if share <= UNTESTED:
-        return "not checked"
-    if abs(w) > limits.critical:
-        return "suspect"
-    return "hardly checked" if share < HARDLY else "good"
+    return verdicts(np.array([w]), np.array([share]), limits)[0]
+
+
+def verdicts(w: Array, share: Array, limits: Limits) -> list[str]:
+    """`verdict` of each."""
+    cases = [share <= UNTESTED, np.abs(w) > limits.critical, share < HARDLY]
+    return [str(word) for word in np.select(cases, ["not checked", "suspect", "hardly checked"], "good")]
 
 
 def point_rows(
@@ -119,8 +124,8 @@ def _probability(T: Array, freedom: IntArray, redundancy: int, limits: Limits) -
     rest = redundancy - freedom
     share = (redundancy - T) / np.maximum(rest, 1)
     freed = np.where((rest > 0) & (share > 0), T / np.where(share > 0, share, 1.0), np.nan)
-    by_rest = [
-        fit_probability(freed[i : i + 1], freedom[i : i + 1], int(rest[i]), limits)[0] if rest[i] > 0 else np.nan
-        for i in range(len(T))
-    ]
-    return np.array(by_rest)
+    probability = np.full(len(T), np.nan)
+    for count in np.unique(rest[rest > 0]).tolist():
+        alike = rest == count
+        probability[alike] = fit_probability(freed[alike], freedom[alike], count, limits)
+    return probability

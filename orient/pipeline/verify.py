@@ -17,13 +17,11 @@ from orient.pipeline.verify_compare import Comparison, Difference, compare, seal
 from orient.pipeline.verify_observations import NOT_SIMULATED, knows_all_unknowns, resection_observations
 from orient.pipeline.verify_verdict import RunVerdict, Verification, evidence
 from orient.solvers.resection_simulation import Spread, simulate_resection
-from orient.store.digest import input_digest
+from orient.store.digest import content_of, input_digest
 from orient.store.errors import ReadOnly
-from orient.store.format import current_format
 from orient.store.ledger import tool_version
-from orient.store.plain import event_rows, plain_tables
+from orient.store.plain import event_rows
 from orient.store.project import NewRun, Project, RunInfo, open_project
-from orient.store.rows import as_dicts
 from orient.store.stage_tables import EVENT_TABLE
 from orient.values import Outcome, Settings, Tables
 
@@ -104,7 +102,7 @@ def _examined(project: Project, run: RunInfo) -> RunVerdict:
 
 
 def _recomputed(project: Project, run: RunInfo, stage: Stage) -> RunVerdict:
-    inputs = {name: project.read_tables(run_id) for name, run_id in run.inputs.items()}
+    inputs = {name: project.read_columns(run_id) for name, run_id in run.inputs.items()}
     settings = {**stage.settings, **run.settings}
     stored = {**project.stored_tables(run.run_id), **seal_row(run.status, run.summary, run.error)}
     outcome = outcome_of(stage, inputs, settings)
@@ -117,8 +115,7 @@ def _recomputed(project: Project, run: RunInfo, stage: Stage) -> RunVerdict:
 
 def _as_stored(outcome: Outcome) -> Tables:
     """The rows that the runner would store, with events and seal."""
-    form = current_format()
-    plain = as_dicts(plain_tables(outcome.tables, outcome.events, form), form)
+    plain = {name: table.rows() for name, table in content_of(outcome.tables).tables.items()}
     status = "failed" if outcome.error else "succeeded"
     return {**plain, EVENT_TABLE: event_rows(outcome.events), **seal_row(status, outcome.summary, outcome.error)}
 
@@ -150,7 +147,7 @@ def _with_spread(verdict: RunVerdict, project: Project, request: Request, watch:
 
 
 def _simulated(project: Project, run: RunInfo, request: Request, watch: Watch) -> Spread:
-    inputs = {name: project.read_tables(run_id) for name, run_id in run.inputs.items()}
+    inputs = {name: project.read_columns(run_id) for name, run_id in run.inputs.items()}
     settings = {**BY_NAME[run.stage].settings, **run.settings}
     case = resection_observations(inputs, settings, project.read_tables(run.run_id))
     return simulate_resection(

@@ -111,9 +111,10 @@ def _verified_copy(path: Path, copy: Path) -> tuple[int, tuple[str, str]]:
     from orient.store.copies import backup_project
     from orient.store.project import open_project
 
-    with open_project(path, "read") as project:
-        rows, now = project.query(SOURCE)[1], standing(project)
+    open_project(path, "read").close()
     runs = backup_project(path, copy).runs
+    with open_project(copy, "read") as project:
+        rows, now = project.query(SOURCE)[1], standing(project)
     name, taken_on, platform = rows[0] if rows else (path.stem, "", "")
     when = f", taken on {taken_on}" if taken_on else ""
     kind = f"{platform} photo{when}. " if platform else ""

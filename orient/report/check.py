@@ -14,7 +14,7 @@ from orient.store.upgrade import upgrade_project
 
 def show_check(path: Path) -> None:
     """Every line of the examination; a fault ends the command with exit code 3."""
-    with counted("runs examined") as progress:
+    with counted("rows examined") as progress:
         report = check_project(path, progress)
     out = console()
     for line in report.lines:
@@ -30,13 +30,13 @@ def show_check(path: Path) -> None:
 def show_backup(path: Path, target: Path | None) -> None:
     """Where the copy is and what was verified in it."""
     stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
-    with counted("runs examined") as progress:
+    with counted("rows examined") as progress:
         copied = backup_project(path, target or path.with_name(f"{path.stem}.backup-{stamp}{path.suffix}"), progress)
     _say_copied(copied, "backup")
 
 
 def show_received(stranger: Path, target: Path) -> None:
-    with counted("runs examined") as progress:
+    with counted("rows examined") as progress:
         copied = receive_project(stranger, target, progress)
     _say_copied(copied, "clean copy")
 

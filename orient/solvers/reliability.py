@@ -171,26 +171,37 @@ def most_correlated(
     partners to one group. Cost: len(chosen) x n.
     Source: W. Foerstner 1983.
     """
-    places, traces, roots = [], [], []
-    for group, test in enumerate(tests):
-        for block, observation in np.argwhere(test.is_tested):
-            places.append((group, int(block), int(observation)))
-        traces.append(test.trace[test.is_tested])
-        roots.append(np.sqrt(_diagonal(test)[test.is_tested]))
-    if not places:
+    places, rows = _numbered(tests, only_group)
+    if not len(places):
         return {}
-    where, trace, root = np.array(places), np.vstack(traces), np.concatenate(roots)
-    row_of = {place: row for row, place in enumerate(places)}
+    trace = np.vstack([test.trace[number >= 0] for test, number in zip(tests, rows, strict=True)])
+    root = np.concatenate([np.sqrt(_diagonal(test)[number >= 0]) for test, number in zip(tests, rows, strict=True)])
     found = {}
-    for place in chosen:
-        if (row := row_of.get(place)) is not None:
-            rho = np.abs(trace @ trace[row]) / (root * root[row])
-            rho[(where[:, 0] == place[0]) & (where[:, 1] == place[1])] = 0.0
-            if only_group is not None:
-                rho[where[:, 0] != only_group] = 0.0
-            nearest = int(np.argmax(rho))
-            found[place] = Correlated(float(min(rho[nearest], 1.0)), places[nearest])
+    for group, block, observation in chosen:
+        test = tests[group]
+        if not test.is_tested[block, observation]:
+            continue
+        own_root = np.sqrt(test.own_block[block, observation, observation])
+        rho = np.abs(trace @ test.trace[block, observation]) / (root * own_root)
+        own = rows[group][block]
+        rho[own[own >= 0]] = 0.0
+        nearest = int(np.argmax(rho))
+        partner = tuple(places[nearest].tolist())
+        found[group, block, observation] = Correlated(float(min(rho[nearest], 1.0)), partner)
     return found
+
+
+def _numbered(tests: Sequence[BlockTests], only_group: int | None) -> tuple[IntArray, list[IntArray]]:
+    """Group, block and observation (k, 3) of everything that is tested, in order; its number in each group, else -1."""
+    places, rows, first = [], [], 0
+    for group, test in enumerate(tests):
+        wanted = test.is_tested if only_group in (None, group) else np.zeros_like(test.is_tested)
+        number = np.full(wanted.shape, -1)
+        number[wanted] = first + np.arange(np.count_nonzero(wanted))
+        first += int(np.count_nonzero(wanted))
+        places.append(np.column_stack([np.full(np.count_nonzero(wanted), group), np.argwhere(wanted)]))
+        rows.append(number)
+    return np.concatenate(places), rows
 
 
 def _without_own(blocks: Blocks) -> FloatArray:

@@ -51,7 +51,7 @@ def check_project(path: str | os.PathLike[str], progress: verify.Progress | None
     """Check a project from its first byte to its last digest; removes a stale journal if the file can be written.
 
     A missing file is a `UsageError`; everything else that is wrong is a line of the report. `progress(done, total)`
-    is called after each run.
+    is told the rows whose digests were made.
     """
     form = current_format()
     report = CheckReport()

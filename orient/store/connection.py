@@ -18,6 +18,9 @@ OPERATIONS_BETWEEN_LOOKS = 10_000
 HEAP_LIMIT_BYTES = 512 * 2**20
 SPILL = "PRAGMA cache_spill=ON"
 
+SPILL_PAGES = 65_536
+"""256 MB of pages of 4096 bytes: a larger append goes through the file, so that its memory is bounded."""
+
 LIMITS = {
     sqlite3.SQLITE_LIMIT_LENGTH: 64 * 2**20,
     sqlite3.SQLITE_LIMIT_SQL_LENGTH: 100_000,
@@ -38,7 +41,7 @@ PRAGMAS = (
     "foreign_keys=ON",
     "recursive_triggers=ON",  # without it REPLACE slips past the delete guards
     "synchronous=EXTRA",  # without it a power cut can lose a commit that was reported
-    "cache_spill=OFF",  # without it readers are locked out during a large append
+    f"cache_spill={SPILL_PAGES}",  # an append below it does not lock out the readers while it is being made
     "temp_store=MEMORY",
     f"hard_heap_limit={HEAP_LIMIT_BYTES}",
 )

@@ -3,9 +3,13 @@
 import hashlib
 import json
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from json.encoder import encode_basestring_ascii
+from typing import Protocol
 
-from orient.store.format import TableShape, current_format
-from orient.store.plain import plain_tables
+from orient.store.format import current_format
+from orient.store.plain import PlainTable, plain_tables
 from orient.values import Blob, Event, Scalar, Settings, Tables
 
 OWN_CONTENT = "content"
@@ -20,30 +24,91 @@ def input_digest(stage: str, stage_version: int, settings: Settings, inputs: Map
     return _sha256(canonical(["input", stage, stage_version, dict(settings), dict(inputs)]))
 
 
+@dataclass(frozen=True)
+class Content:
+    """Everything that a run stores, and its digest; tables without rows are left out."""
+
+    tables: Mapping[str, PlainTable]
+
+    @cached_property
+    def digest(self) -> str:
+        return rows_digest(self.tables)
+
+
+def content_of(tables: Tables, events: Sequence[Event] = ()) -> Content:
+    """Every column of every table, and the events, as they will be stored."""
+    return Content(plain_tables(tables, events, current_format()))
+
+
 def output_digest(tables: Tables, events: Sequence[Event] = ()) -> str:
-    """Digest of everything that a run stores: every column of every table, and the events."""
-    form = current_format()
-    return rows_digest(plain_tables(tables, events, form), form.tables)
+    """Digest of everything that a run with these rows and events stores."""
+    return content_of(tables, events).digest
 
 
-def rows_digest(rows: Mapping[str, Iterable[Sequence[Scalar]]], shapes: Mapping[str, TableShape]) -> str:
-    """Digest of stored rows, each without `run_id`, columns in stored order.
+class KeptRows(Protocol):
+    """Rows of one table of a run in the order of the primary key: about to be stored, or in the file."""
 
-    Tables without rows and columns without values do not count, so that a later format may add some of both.
+    @property
+    def names(self) -> Sequence[str]: ...
+    @property
+    def used(self) -> Sequence[str]: ...
+    def __len__(self) -> int: ...
+    def chunks(self) -> Iterable[list[tuple[Scalar, ...]]]: ...
+
+
+def rows_digest(tables: Mapping[str, KeptRows]) -> str:
+    """Digest of everything that a run stores: every used column of every table and of the events, without `run_id`.
+
+    It goes over `canonical(["output", {table: {"columns": names sorted, "rows": rows in the order of the key}}])`,
+    some rows at a time. Tables without rows and columns without values do not count, so that a later format may add
+    some of both.
     """
-    content = {table: _table_content(list(values), shapes[table]) for table, values in rows.items()}
-    return _sha256(canonical(["output", {table: part for table, part in content.items() if part}]))
+    digest = hashlib.sha256(b'["s:output",{')
+    separator = ""
+    for name in sorted(tables):
+        if len(tables[name]):
+            digest.update(f'{separator}"{name}":'.encode("ascii"))
+            _add_table(digest, tables[name])
+            separator = ","
+    digest.update(b"}]")
+    return digest.hexdigest()
 
 
-def _table_content(rows: list[Sequence[Scalar]], shape: TableShape) -> dict[str, object]:
-    if not rows:
-        return {}
-    names = [name for name in shape.names if name != "run_id"]
-    places = {name: place for place, name in enumerate(names)}
-    key = [places[name] for name in shape.key if name != "run_id"]
-    used = [name for name in sorted(names) if any(row[places[name]] is not None for row in rows)]
-    ordered = sorted(rows, key=lambda row: [row[place] for place in key])
-    return {"columns": used, "rows": [[row[places[name]] for name in used] for row in ordered]}
+def _add_table(digest: "hashlib._Hash", table: KeptRows) -> None:
+    used = sorted(table.used)
+    places = [table.names.index(name) for name in used]
+    digest.update(f'{{"columns":{canonical(used)},"rows":['.encode("ascii"))
+    separator = ""
+    for rows in table.chunks():
+        digest.update((separator + _rows_text(rows, places)).encode("ascii"))
+        separator = ","
+    digest.update(b"]}")
+
+
+def _rows_text(rows: list[tuple[Scalar, ...]], places: Sequence[int]) -> str:
+    """`canonical` of each row, column by column: what is done for a whole column costs little for a value."""
+    columns = list(zip(*rows, strict=True))
+    patterns, tokens = zip(*(_tokens(columns[place]) for place in places), strict=True) if places else ((), ())
+    if not places:
+        return ",".join(["[]"] * len(rows))
+    pattern = f"[{','.join(patterns)}]"
+    return ",".join(map(pattern.__mod__, zip(*tokens, strict=True)))
+
+
+def _tokens(values: Sequence[Scalar]) -> tuple[str, Iterable[str]]:
+    """How a value of this column stands in a row, and the part of each value that differs."""
+    kinds = set(map(type, values))
+    if kinds == {float}:
+        return '"f:%s"', [(value + 0.0).hex() for value in values]  # type: ignore[operator]
+    if float in kinds:
+        return "%s", [f'"f:{(value + 0.0).hex()}"' if type(value) is float else canonical(value) for value in values]
+    if kinds == {str}:
+        words = {word: encode_basestring_ascii(f"s:{word}") for word in set(values)}
+    elif Blob in kinds:
+        return "%s", [canonical(value) for value in values]
+    else:
+        words = {word: canonical(word) for word in set(values)}
+    return "%s", [words[word] for word in values]
 
 
 def record_digest(kind: str, *parts: object) -> str:
@@ -67,6 +132,8 @@ def _hex_floats(value: object) -> object:
         return ("b:" if isinstance(value, Blob) else "s:") + value
     if isinstance(value, float):
         return "f:" + (value + 0.0).hex()
+    if isinstance(value, bytes):  # never stored by orient, but a forger may
+        return "b:" + value.hex()
     if isinstance(value, Mapping):
         return {str(key): _hex_floats(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

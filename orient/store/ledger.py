@@ -8,16 +8,18 @@ from collections.abc import Mapping
 from datetime import UTC, datetime
 from functools import cache
 from importlib import metadata
+from itertools import chain, starmap, zip_longest
+from operator import eq
 
 from sqlalchemy import Connection
 
 import orient
 from orient.store.chain import run_record_digest, selection_record_digest
-from orient.store.digest import OWN_CONTENT, input_digest, plain_json, rows_digest
+from orient.store.digest import OWN_CONTENT, Content, content_of, input_digest, plain_json
 from orient.store.errors import ChangedMeanwhile, OurFault, StorageError
 from orient.store.format import Format
-from orient.store.plain import StoredRows, rows_to_store
-from orient.store.rows import insert_rows, stored_rows
+from orient.store.plain import require_own_tables
+from orient.store.rows import StoredTable, insert_rows, stored_tables
 from orient.store.runs import NewRun, RunInfo, runs_where
 
 
@@ -51,13 +53,13 @@ def _processor() -> str:
 
 def append(connection: Connection, new: NewRun, form: Format) -> RunInfo:
     """Store one run and seal it. Before the seal all rows are read back and compared with what was meant."""
-    rows = rows_to_store(new.stage, new.outcome.tables, new.outcome.events, form)
-    meant = rows_digest(rows, form.tables)
+    require_own_tables(new.stage, new.outcome.tables)
+    content = new.content or content_of(new.outcome.tables, new.outcome.events)
     run_id = _insert_header(connection, new)  # first: a read-only file is noticed here
-    _insert_inputs(connection, run_id, new, meant)
-    count = insert_rows(connection, run_id, rows, form)
-    _compare(stored_rows(connection, run_id, new.stage, form), meant, form)
-    _seal(connection, run_id, new, count, meant)
+    _insert_inputs(connection, run_id, new, content.digest)
+    count = insert_rows(connection, run_id, content.tables, form)
+    _compare(stored_tables(connection, run_id, new.stage, form), content)
+    _seal(connection, run_id, new, count, content.digest)
     if new.select and not new.outcome.error:
         select(connection, new.stage, run_id, new.actor, new.reason)
     return runs_where(connection, "r.run_id = ?", (run_id,))[0]
@@ -104,9 +106,13 @@ def _insert_inputs(connection: Connection, run_id: int, new: NewRun, own_digest:
         connection.exec_driver_sql("INSERT INTO run_input VALUES (?, ?, ?)", rows)
 
 
-def _compare(stored: StoredRows, meant: str, form: Format) -> None:
-    if rows_digest(stored, form.tables) != meant:
-        raise StorageError("What was read back is not what was written. Nothing was stored.", "Check the disk.")
+def _compare(stored: Mapping[str, StoredTable], meant: Content) -> None:
+    """Every value as meant; the types of stored values are those of their columns, the tables are STRICT."""
+    for name, table in stored.items():
+        expected = meant.tables[name].chunks() if name in meant.tables else ()
+        pairs = zip_longest(chain.from_iterable(table.chunks()), chain.from_iterable(expected))
+        if not all(starmap(eq, pairs)):
+            raise StorageError("What was read back is not what was written. Nothing was stored.", "Check the disk.")
 
 
 def _seal(connection: Connection, run_id: int, new: NewRun, count: int, digest: str) -> None:

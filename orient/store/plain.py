@@ -1,34 +1,68 @@
-"""Rows as plain numbers and words, in stored column order; the one place where NumPy scalars are cast."""
+"""Rows as plain numbers and words, by column, in the order of the key; the one place where NumPy scalars are cast."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from operator import le
+from typing import Any
 
 from orient.store.errors import OurFault
 from orient.store.format import Format, TableShape
 from orient.store.stage_tables import EVENT_TABLE, STAGE_TABLES
-from orient.values import Blob, Event, Row, Scalar, Tables
+from orient.values import Blob, Columns, Event, Row, Scalar, Tables, as_list
 
 REAL_LIMIT = 1e15
 INTEGER_LIMIT = 2**63
-
-StoredRows = dict[str, list[tuple[Scalar, ...]]]
-"""Rows of one run by table, without `run_id`, columns in stored order."""
+CHUNK = 4096
+"""Rows that are handled at once."""
 
 EVENT_FIELDS = ("severity", "code", "subject", "message", "value")
 
 
-def rows_to_store(stage: str, tables: Tables, events: Sequence[Event], form: Format) -> StoredRows:
-    """All rows of a run; a table or column that does not belong to the stage is our own fault."""
-    for table in tables:
-        if table not in STAGE_TABLES.get(stage, ()):
-            raise OurFault(f'stage "{stage}" does not write table "{table}"')
-    return plain_tables(tables, events, form)
+@dataclass(frozen=True, slots=True)
+class PlainTable:
+    """Rows of one table of a run as they will be stored, in the order of the primary key.
+
+    `columns`: of each name of the table but `run_id`, in stored order; lists or arrays.
+    """
+
+    names: tuple[str, ...]
+    columns: Sequence[Any]
+
+    def __len__(self) -> int:
+        return len(self.columns[0])
+
+    @property
+    def used(self) -> list[str]:
+        """Columns with any value."""
+        return [
+            name
+            for name, values in zip(self.names, self.columns, strict=True)
+            if hasattr(values, "tolist") or values.count(None) < len(values)
+        ]
+
+    def rows(self) -> Columns:
+        return Columns(dict(zip(self.names, self.columns, strict=True)))
+
+    def chunks(self) -> Iterator[list[tuple[Scalar, ...]]]:
+        """All rows, some thousand at a time."""
+        for begin in range(0, len(self), CHUNK):
+            parts = [as_list(values[begin : begin + CHUNK]) for values in self.columns]
+            yield list(zip(*parts, strict=True))
 
 
-def plain_tables(tables: Tables, events: Sequence[Event], form: Format) -> StoredRows:
+def plain_tables(tables: Tables, events: Sequence[Event], form: Format) -> dict[str, PlainTable]:
     """Rows and events as they will be stored; tables without rows are left out."""
     everything: dict[str, Sequence[Row]] = {**tables, EVENT_TABLE: event_rows(events)}
-    return {table: _plain_rows(table, rows, form.tables[table]) for table, rows in everything.items() if rows}
+    return {table: _plain_table(table, rows, form.tables[table]) for table, rows in everything.items() if rows}
+
+
+def require_own_tables(stage: str, tables: Iterable[str]) -> None:
+    """A table that does not belong to the stage is our own fault."""
+    for table in tables:
+        if table not in (*STAGE_TABLES.get(stage, ()), EVENT_TABLE):
+            raise OurFault(f'stage "{stage}" does not write table "{table}"')
 
 
 def event_rows(events: Iterable[Event]) -> list[Row]:
@@ -37,16 +71,56 @@ def event_rows(events: Iterable[Event]) -> list[Row]:
     ]
 
 
-def _plain_rows(table: str, rows: Sequence[Row], shape: TableShape) -> list[tuple[Scalar, ...]]:
-    columns = [(name, kind) for name, kind in shape.columns if name != "run_id"]
-    known = {name for name, _ in columns}
-    plain = []
+def _plain_table(table: str, rows: Sequence[Row], shape: TableShape) -> PlainTable:
+    kinds = {name: kind for name, kind in shape.columns if name != "run_id"}
+    given = rows.by_name if isinstance(rows, Columns) else _by_column(table, rows, list(kinds))
+    _require_names(table, given.keys(), kinds.keys())
+    plain = {name: plain_column(given[name], kind, table, name) for name, kind in kinds.items()}
+    key = [plain[name] for name in shape.key if name != "run_id"]
+    return PlainTable(tuple(kinds), _in_order(list(plain.values()), key))
+
+
+def _by_column(table: str, rows: Sequence[Row], names: Sequence[str]) -> dict[str, list[Scalar]]:
     for row in rows:
-        if row.keys() != known:
-            strange = sorted(row.keys() ^ known)
-            raise OurFault(f'table "{table}": columns {", ".join(strange)} are missing or unknown')
-        plain.append(tuple(plain_value(row[name], kind, table, name) for name, kind in columns))
-    return plain
+        if len(row) != len(names):
+            _require_names(table, row.keys(), names)
+    try:
+        return {name: [row[name] for row in rows] for name in names}
+    except KeyError:
+        for row in rows:
+            _require_names(table, row.keys(), names)
+        raise
+
+
+def _require_names(table: str, given: Iterable[str], known: Iterable[str]) -> None:
+    if strange := sorted(set(given) ^ set(known)):
+        raise OurFault(f'table "{table}": columns {", ".join(strange)} are missing or unknown')
+
+
+def _in_order(columns: list[Any], key: Sequence[Any]) -> list[Any]:
+    """The columns with their rows sorted by the columns of the key."""
+    if not key:
+        return columns
+    places: Sequence[Any] = (
+        as_list(key[0]) if len(key) == 1 else list(zip(*(as_list(values) for values in key), strict=True))
+    )
+    if all(map(le, places, islice(places, 1, None))):
+        return columns
+    order = sorted(range(len(places)), key=places.__getitem__)
+    return [values[order] if hasattr(values, "tolist") else [values[i] for i in order] for values in columns]
+
+
+def plain_column(values: Any, kind: str, table: str, column: str) -> Any:
+    """A column as `plain_value` makes it; whole columns of floats and of words are looked at once."""
+    if kind == "REAL" and str(getattr(values, "dtype", "")) == "float64":
+        if abs(values).max(initial=0.0) <= REAL_LIMIT:  # false for NaN
+            return values + 0.0
+    elif kind == "REAL" and set(map(type, values)) == {float}:
+        if math.isfinite(sum(values)) and max(values) <= REAL_LIMIT and min(values) >= -REAL_LIMIT:
+            return [value + 0.0 for value in values]
+    elif kind == "TEXT" and set(map(type, values)) == {str}:
+        return values
+    return [plain_value(value, kind, table, column) for value in as_list(values)]
 
 
 def plain_value(value: object, kind: str, table: str, column: str) -> Scalar:

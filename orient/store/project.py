@@ -11,7 +11,7 @@ from sqlalchemy import Connection
 from sqlalchemy.exc import DBAPIError
 
 from orient.errors import UsageError
-from orient.store import ledger, runs, verify
+from orient.store import runs
 from orient.store.asking import Answer, ask
 from orient.store.connection import Mode, let_spill
 from orient.store.digest import input_digest as input_digest
@@ -24,11 +24,11 @@ from orient.store.images import image_bytes
 from orient.store.new_file import make_file, new_name, sweep
 from orient.store.plain import event_rows
 from orient.store.preflight import Preflight, preflight
-from orient.store.rows import as_dicts, stored_rows
+from orient.store.rows import StoredTable, stored_tables
 from orient.store.runs import NewRun as NewRun
 from orient.store.runs import RunInfo as RunInfo
 from orient.store.stage_tables import EVENT_TABLE
-from orient.values import Event, Row, Scalar
+from orient.values import Columns, Event, Row, Scalar
 
 COMMIT_PATIENCE_S = 60.0
 
@@ -109,11 +109,23 @@ class Project:
 
     def read_tables(self, run_id: int) -> dict[str, list[dict[str, Scalar]]]:
         """Rows of a run by table and column, without `run_id`, in the order of the primary key; no empty tables."""
+        with self._tables(run_id) as tables:
+            return {name: rows for name, table in tables.items() if (rows := table.dicts())}
+
+    def read_columns(self, run_id: int) -> dict[str, Columns]:
+        """As `read_tables`, by column: less memory, and faster to compute with."""
+        with self._tables(run_id) as tables:
+            return {name: rows for name, table in tables.items() if (rows := table.columns())}
+
+    @contextmanager
+    def _tables(self, run_id: int) -> Iterator[dict[str, StoredTable]]:
+        """The tables of a run but its events."""
         with self.snapshot() as connection:
             stage = connection.exec_driver_sql("SELECT stage FROM main.stage_run WHERE run_id = ?", (run_id,)).scalar()
             if stage is None:
                 raise UsageError(f"there is no run {run_id}.")
-            return as_dicts(stored_rows(connection, run_id, str(stage), self._form), self._form)
+            tables = stored_tables(connection, run_id, str(stage), self._form)
+            yield {name: table for name, table in tables.items() if name != EVENT_TABLE}
 
     def events(self, run_id: int) -> list[Event]:
         with self.snapshot() as connection:
@@ -126,12 +138,16 @@ class Project:
 
     def digest_problems(self, run_id: int) -> list[str]:
         """What does not fit in the digests, the count and the ledger entry of one run; empty if all is as sealed."""
+        from orient.store import verify
+
         with self.snapshot() as connection:
             seal = connection.exec_driver_sql(f"{verify.SEALS} WHERE run_id = ?", (run_id,)).one()
             return verify.run_problems(connection, self._form, tuple(seal))
 
     def ledger_problems(self) -> list[str]:
         """Runs without a seal, gaps in the numbers, rows of a strange stage, altered selections."""
+        from orient.store import verify
+
         with self.snapshot() as connection:
             looks = (verify.unsealed_runs, verify.broken_sequences, verify.strange_rows, verify.broken_selections)
             return [problem for look in looks for problem in look(connection)]
@@ -169,6 +185,8 @@ class Project:
     def append_all(self, new: Sequence[NewRun]) -> list[RunInfo]:
         """Store several runs in one transaction, all or none. Their expected heads are those before the first."""
 
+        from orient.store import ledger
+
         def work(connection: Connection) -> list[RunInfo]:
             for run in new:
                 ledger.check_heads(connection, run.expected_heads)
@@ -178,6 +196,8 @@ class Project:
 
     def select(self, stage: str, version: int, actor: str, reason: str) -> RunInfo:
         """Make an existing result the current version of its stage."""
+        from orient.store import ledger
+
         run = self.run(stage, version)
         if run.status != "succeeded":
             raise UsageError(f"{stage} version {version} failed, it cannot be selected.", run.error)
@@ -276,9 +296,9 @@ def create_project(path: str | os.PathLike[str], fill: Callable[[Project], None]
     form = current_format()
 
     def write(temporary: Path) -> None:
-        from orient.store.creation import fill_empty_file
+        from orient.store.template import write_empty_project
 
-        fill_empty_file(temporary, form.version, form.application_id)
+        write_empty_project(temporary, form)
         if fill is not None:
             with Project(preflight(temporary, form), "write", form) as project:
                 fill(project)

@@ -1,48 +1,107 @@
-"""Rows into the file and out of it: one statement per table, through the driver's executemany."""
+"""Rows into the file and out of it: one statement per table, straight through the driver, some rows at a time."""
 
-from collections.abc import Mapping, Sequence
+import sqlite3
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
 
 from sqlalchemy import Connection
 
 from orient.store.format import Format, TableShape
-from orient.store.plain import StoredRows
+from orient.store.plain import CHUNK, PlainTable
 from orient.store.stage_tables import EVENT_TABLE, STAGE_TABLES
-from orient.values import Blob, Scalar
+from orient.values import Blob, Columns, Scalar
+
+Rows = list[tuple[Scalar, ...]]
 
 
-def insert_rows(connection: Connection, run_id: int, rows: StoredRows, form: Format) -> int:
+def insert_rows(connection: Connection, run_id: int, tables: Mapping[str, PlainTable], form: Format) -> int:
     """Store the rows of a run; the number of rows."""
-    for table, values in rows.items():
-        names = ["run_id", *(name for name in form.tables[table].names if name != "run_id")]
-        quoted = ", ".join(f'"{name}"' for name in names)
-        marks = ", ".join("?" * len(names))
-        statement = f"INSERT INTO {table} ({quoted}) VALUES ({marks})"
-        if _has_bytes(form.tables[table]):
-            for row in values:  # one part of an image in memory at a time
-                connection.exec_driver_sql(statement, (run_id, *map(_fetched, row)))
-        else:
-            connection.exec_driver_sql(statement, [(run_id, *row) for row in values])
-    return sum(len(values) for values in rows.values())
+    driver = _driver(connection)
+    for table, rows in tables.items():
+        names = ", ".join(f'"{name}"' for name in ("run_id", *rows.names))
+        marks = ", ".join("?" * len(rows.names))
+        statement = f"INSERT INTO {table} ({names}) VALUES ({int(run_id)}, {marks})"
+        has_bytes = _has_bytes(form.tables[table])
+        for some in rows.chunks():
+            # bytes are fetched as they are stored: one part of an image in memory at a time
+            driver.executemany(statement, (tuple(map(_fetched, row)) for row in some) if has_bytes else some)
+    return sum(map(len, tables.values()))
 
 
-def stored_rows(connection: Connection, run_id: int, stage: str, form: Format) -> StoredRows:
-    """All rows of a run, events too, in the order of the primary key; tables without rows are left out."""
-    stored: StoredRows = {}
-    for table in (*STAGE_TABLES.get(stage, ()), EVENT_TABLE):
-        rows = _select(connection, run_id, table, form.tables[table])
-        if rows:
-            stored[table] = rows
-    return stored
+@dataclass(frozen=True)
+class StoredTable:
+    """Rows of one table of a run in the file, in the order of the primary key; read when they are asked for.
+
+    `seen` is told how many rows have been read.
+    """
+
+    driver: sqlite3.Connection
+    run_id: int
+    table: str
+    shape: TableShape
+    seen: Callable[[int], None] = field(default=lambda rows: None)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        return tuple(name for name in self.shape.names if name != "run_id")
+
+    @cached_property
+    def _counts(self) -> tuple[int, ...]:
+        """Number of rows, then of values in each column."""
+        counts = ", ".join(f'count("{name}")' for name in self.names)
+        query = f"SELECT count(*), {counts} FROM main.{self.table} WHERE run_id = ?"
+        return tuple(self.driver.execute(query, (self.run_id,)).fetchone())
+
+    def __len__(self) -> int:
+        return self._counts[0]
+
+    @property
+    def used(self) -> list[str]:
+        """Columns with any value."""
+        return [name for name, count in zip(self.names, self._counts[1:], strict=True) if count]
+
+    def chunks(self) -> Iterator[Rows]:
+        """All rows, some thousand at a time."""
+        names = ", ".join(f'"{name}"' for name in self.names)
+        order = ", ".join(f'"{name}"' for name in self.shape.key)
+        query = f"SELECT {names} FROM main.{self.table} WHERE run_id = ? ORDER BY {order}"
+        cursor = self.driver.execute(query, (self.run_id,))
+        if _has_bytes(self.shape):
+            for row in cursor:
+                self.seen(1)
+                yield [tuple(map(_told, row))]
+            return
+        while rows := cursor.fetchmany(CHUNK):
+            self.seen(len(rows))
+            yield rows
+
+    def dicts(self) -> list[dict[str, Scalar]]:
+        return [dict(zip(self.names, row, strict=True)) for rows in self.chunks() for row in rows]
+
+    def columns(self) -> Columns:
+        """The same by column."""
+        columns: list[list[Scalar]] = [[] for _ in self.names]
+        for rows in self.chunks():
+            for values, some in zip(columns, zip(*rows, strict=True), strict=True):
+                values.extend(some)
+        return Columns(dict(zip(self.names, columns, strict=True)))
 
 
-def _select(connection: Connection, run_id: int, table: str, shape: TableShape) -> list[tuple[Scalar, ...]]:
-    names = ", ".join(f'"{name}"' for name in shape.names if name != "run_id")
-    order = ", ".join(f'"{name}"' for name in shape.key)
-    query = f"SELECT {names} FROM main.{table} WHERE run_id = ? ORDER BY {order}"
-    found = connection.exec_driver_sql(query, (run_id,))
-    if _has_bytes(shape):
-        return [tuple(map(_told, row)) for row in found]
-    return [tuple(row) for row in found.all()]
+def stored_tables(
+    connection: Connection, run_id: int, stage: str, form: Format, seen: Callable[[int], None] = lambda rows: None
+) -> dict[str, StoredTable]:
+    """All tables that a run of this stage may have rows in, the events too."""
+    driver = _driver(connection)
+    names = (*STAGE_TABLES.get(stage, ()), EVENT_TABLE)
+    return {name: StoredTable(driver, run_id, name, form.tables[name], seen) for name in names}
+
+
+def _driver(connection: Connection) -> sqlite3.Connection:
+    """The driver's connection, inside the transaction of `connection`: for millions of rows SQLAlchemy costs twice."""
+    driver = connection.connection.driver_connection
+    assert isinstance(driver, sqlite3.Connection)
+    return driver
 
 
 def _has_bytes(shape: TableShape) -> bool:
@@ -55,13 +114,3 @@ def _fetched(value: Scalar) -> Scalar | bytes:
 
 def _told(value: Scalar | bytes) -> Scalar:
     return Blob(value) if isinstance(value, bytes) else value
-
-
-def as_dicts(stored: Mapping[str, Sequence[Sequence[Scalar]]], form: Format) -> dict[str, list[dict[str, Scalar]]]:
-    """Stored rows keyed by column name, events left out."""
-    tables = {}
-    for table, rows in stored.items():
-        if table != EVENT_TABLE:
-            names = [name for name in form.tables[table].names if name != "run_id"]
-            tables[table] = [dict(zip(names, row, strict=True)) for row in rows]
-    return tables

@@ -8,6 +8,7 @@ from typing import Any
 from sqlalchemy import Connection
 
 from orient.errors import ProjectError
+from orient.store.digest import Content
 from orient.store.stage_tables import STAGE_TABLES
 from orient.values import Event, Outcome, Settings
 
@@ -37,6 +38,7 @@ class RunInfo:
 class NewRun:
     """A run that is to be stored. `expected_heads`: stage -> run_id that must still be current (None: no head).
 
+    `content`: the rows of the outcome as they will be stored, if they are known already.
     `once`: if another command has stored the same run meanwhile, that one is taken and nothing is stored.
     """
 
@@ -50,6 +52,7 @@ class NewRun:
     actor: str
     reason: str
     select: bool = True
+    content: Content | None = None
     once: bool = False
 
 

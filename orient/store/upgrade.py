@@ -73,7 +73,7 @@ def upgrade_project(
 
 def _check_tables(original: Connection, path: Path, before: int, migrations: Path) -> None:
     """A stranger's tables are refused unread. His views and triggers go unused: all of them are made anew."""
-    with temporary_file(path.parent) as scratch:
+    with disk_errors(path), temporary_file(path.parent) as scratch:
         expected = tables_of_version(scratch, before, migrations)
     compare_objects(tables_and_indexes(original), expected, path)
     check_migration(original, f"{before:04d}", path)

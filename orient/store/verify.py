@@ -1,7 +1,8 @@
 """Every digest, seal and count of a project recomputed. Each function yields sentences about what is wrong."""
 
+import sqlite3
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from dataclasses import dataclass
 from typing import Any
 
 from sqlalchemy import Connection
@@ -10,9 +11,10 @@ from sqlalchemy.exc import DBAPIError
 from orient.errors import OrientError
 from orient.store.chain import run_record_digest, selection_record_digest
 from orient.store.digest import OWN_CONTENT, input_digest, rows_digest
+from orient.store.error_map import error_name
 from orient.store.format import Format
 from orient.store.images import broken_images, broken_manifests
-from orient.store.rows import stored_rows
+from orient.store.rows import stored_tables
 from orient.store.runs import settings_from_json
 from orient.store.stage_tables import STAGE_TABLES
 
@@ -68,20 +70,35 @@ def broken_selections(connection: Connection) -> Problems:
 
 
 def broken_runs(connection: Connection, form: Format, progress: Progress | None = None) -> Problems:
-    """Runs whose rows, inputs or ledger entry are not what was sealed."""
+    """Runs whose rows, inputs or ledger entry are not what was sealed; `progress(rows read, rows of all seals)`."""
     seals = guarded(lambda: connection.exec_driver_sql(f"{SEALS} ORDER BY run_id").all())
     if isinstance(seals, str):
         yield f"the seals cannot be read: {seals}"
         return
-    for number, seal in enumerate(seals, 1):
-        yield from run_problems(connection, form, seal)
-        if progress is not None:
-            progress(number, len(seals))
+    count = _Count(sum(seal[2] for seal in seals if isinstance(seal[2], int)), progress)
+    for seal in seals:
+        yield from run_problems(connection, form, seal, count)
 
 
-def run_problems(connection: Connection, form: Format, seal: Sequence[Any]) -> list[str]:
+@dataclass(slots=True)
+class _Count:
+    """Rows that were read, of those that the seals tell."""
+
+    total: int
+    progress: Progress | None
+    done: int = 0
+
+    def __call__(self, rows: int) -> None:
+        self.done += rows
+        if self.progress is not None:
+            self.progress(self.done, self.total)
+
+
+def run_problems(
+    connection: Connection, form: Format, seal: Sequence[Any], seen: Callable[[int], None] = lambda rows: None
+) -> list[str]:
     """What is wrong with one run; `seal` = run_id ... record_digest, in stored order."""
-    found = guarded(partial(_problems_of_run, connection, form, seal))
+    found = guarded(lambda: list(_run_problems(connection, form, seal, seen)))
     return [f"run {seal[0]}: {found}"] if isinstance(found, str) else found
 
 
@@ -93,17 +110,14 @@ def guarded(read: Callable[[], Any]) -> Any:
         return error.message
     except UnicodeError:
         return "text is not UTF-8"
-    except DBAPIError as error:
-        if getattr(error.orig, "sqlite_errorname", "") in ("SQLITE_INTERRUPT",):
+    except (DBAPIError, sqlite3.Error) as error:
+        if error_name(error) == "SQLITE_INTERRUPT":
             raise
-        return "text is not UTF-8" if "decode" in str(error.orig) else f"cannot be read ({error.orig})"
+        told = error.orig if isinstance(error, DBAPIError) else error
+        return "text is not UTF-8" if "decode" in str(told) else f"cannot be read ({told})"
 
 
-def _problems_of_run(connection: Connection, form: Format, seal: Any) -> list[str]:
-    return list(_run_problems(connection, form, seal))
-
-
-def _run_problems(connection: Connection, form: Format, seal: Any) -> Problems:
+def _run_problems(connection: Connection, form: Format, seal: Any, seen: Callable[[int], None]) -> Problems:
     run_id, output = seal[0], seal[3]
     header = connection.exec_driver_sql(
         "SELECT stage, stage_version, settings, input_digest FROM main.stage_run WHERE run_id = ?", (run_id,)
@@ -111,11 +125,11 @@ def _run_problems(connection: Connection, form: Format, seal: Any) -> Problems:
     if header is None:
         yield f"run {run_id} has a seal but no header"
         return
-    rows = stored_rows(connection, run_id, header[0], form)
-    count = sum(len(values) for values in rows.values())
+    tables = stored_tables(connection, run_id, header[0], form, seen)
+    count = sum(map(len, tables.values()))
     if count != seal[2]:
         yield f"run {run_id}: {count} rows, seal says {seal[2]}"
-    elif rows_digest(rows, form.tables) != output:
+    elif rows_digest(tables) != output:
         yield f"run {run_id} ({header[0]}): rows were altered after the seal"
     settings = settings_from_json(header[2], run_id)
     inputs = _input_digests(connection, run_id) or {OWN_CONTENT: output}

@@ -157,9 +157,9 @@ def test_all_kinds_at_once_on_workers(projects: Path) -> None:
 
 def like_anybody() -> None:
     """In the new process: root neither writes nor reads what modes forbid."""
-    without_privilege()
     if os.geteuid() == 0:
         ctypes.CDLL(None).prctl(PR_CAPBSET_DROP, CAP_DAC_READ_SEARCH, 0, 0, 0)
+    without_privilege()
 
 
 @contextmanager
@@ -177,7 +177,7 @@ def test_locked_is_tried_again_by_the_next_batch(few: Path, monkeypatch: pytest.
         done = orient("batch", few, "--workers", "0")
     assert done.code == 1
     row = latest(few / "orient-summary.db")["P001.sqlite"]
-    assert (row["exit_code"], "being written by another" in row["error"]) == (3, True)
+    assert (row["exit_code"], "is in use by another command" in row["error"]) == (3, True)
     assert orient("batch", few, "--workers", "0").code == 0
     assert_each_ended_once(few, few / "orient-summary.db", names)
 

@@ -128,7 +128,7 @@ def test_D33_locked_by_another(
     with promise("B").trial(f"D33 {words[0]}"), held(place.project):
         said = orient(words[0], place.project, *words[1:])
         assert said.code == 3
-        assert "is being written by another" in clean(said)
+        assert "is in use by another command" in clean(said)
     assert place.content() == before
     assert orient("status", place.project).code == 0
 

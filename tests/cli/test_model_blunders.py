@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.commands import SAMPLES, orient
+from tests.cli.test_blunders import asked
 
 MODEL = SAMPLES / "simulated-model-two-zones"
 WIDTH = 80
@@ -47,12 +48,6 @@ def _write(path: Path, rows: list[dict[str, str]]) -> None:
         writer = csv.DictWriter(file, list(rows[0]))
         writer.writeheader()
         writer.writerows(rows)
-
-
-def asked(path: Path, sql: str) -> list[list[str]]:
-    said = orient("sql", path, sql, "--csv")
-    assert said.code == 0, said.err
-    return list(csv.reader(said.out.splitlines()))[1:]
 
 
 EXCLUDED = "SELECT part, point, decided_by, action, reason FROM v_exclusion WHERE is_current"

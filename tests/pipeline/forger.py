@@ -12,7 +12,7 @@ from sqlalchemy.pool import StaticPool
 from orient.store.chain import run_record_digest, selection_record_digest
 from orient.store.digest import OWN_CONTENT, input_digest, rows_digest
 from orient.store.format import current_format
-from orient.store.rows import stored_rows
+from orient.store.rows import stored_tables
 from orient.store.runs import settings_from_json
 
 
@@ -43,7 +43,7 @@ def _all_digests(connection: Connection) -> None:
     for run_id, stage, version, settings in _all(
         connection, "SELECT run_id, stage, stage_version, settings FROM stage_run ORDER BY run_id"
     ):
-        output = rows_digest(stored_rows(connection, run_id, stage, form), form.tables)
+        output = rows_digest(stored_tables(connection, run_id, stage, form))
         inputs = dict(
             _all(
                 connection,

@@ -60,7 +60,9 @@ def test_a_healthy_project(full: Path) -> None:
     assert [line.name for line in report.lines] == [
         "SQLite", "file", "schema", "pages", "seals", "numbers", "rows", "digests", "selections",
     ]  # fmt: skip
-    assert steps == [(number, 12) for number in range(1, 13)]
+    assert [done for done, _ in steps] == sorted(done for done, _ in steps)
+    (total,) = {total for _, total in steps}
+    assert steps[-1] == (total, total) and total > 80  # a row of every table
 
 
 def test_check_of_a_missing_file(tmp_path: Path) -> None:

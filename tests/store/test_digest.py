@@ -1,5 +1,6 @@
 """Digests: equal for equal content in any order, different for any change."""
 
+import hashlib
 import json
 import random
 import subprocess
@@ -13,8 +14,9 @@ from hypothesis import strategies as st
 
 from orient.store.digest import canonical, input_digest, output_digest
 from orient.store.errors import OurFault
+from orient.store.format import current_format
 from orient.store.stage_tables import STAGE_TABLES
-from orient.values import Blob, Event
+from orient.values import Blob, Columns, Event, Tables
 from tests.store.made import EVENTS, outcome_of, readings
 
 
@@ -93,3 +95,50 @@ def test_digest_is_the_same_in_another_process() -> None:
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=root, env={"PYTHONHASHSEED": "7"}
     )
     assert json.loads(done.stdout) == output_digest(outcome_of("resection").tables, EVENTS)
+
+
+def row_by_row(tables: Tables) -> str:
+    """The digest as it is defined, without any regard to speed."""
+    content = {}
+    for table, rows in tables.items():
+        shape = current_format().tables[table]
+        used = [name for name in sorted(shape.names) if any(row.get(name) is not None for row in rows)]
+        ordered = sorted(rows, key=lambda row: [row[name] for name in shape.key if name != "run_id"])
+        if rows:
+            content[table] = {"columns": used, "rows": [[row[name] for name in used] for row in ordered]}
+    return hashlib.sha256(canonical(["output", content]).encode("ascii")).hexdigest()
+
+
+NUMBERS = st.none() | st.floats(-1e15, 1e15) | st.sampled_from([0.0, -0.0, 5e-324, 1.0, 1])
+WORDS = st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=5) | st.sampled_from(['"', "f:0x0p0"])
+ROWS = st.dictionaries(
+    WORDS, st.fixed_dictionaries({"x": NUMBERS, "y": NUMBERS, "z": NUMBERS, "cov_xy": NUMBERS}), max_size=8
+)
+
+
+@given(ROWS)
+@settings(max_examples=200, deadline=None)
+def test_the_digest_by_column_is_the_digest_row_by_row(drawn: dict[str, dict[str, float | None]]) -> None:
+    empty = dict.fromkeys(("cov_xx", "cov_xz", "cov_yy", "cov_yz", "cov_zz"))
+    rows = [{"zone": "a", "point": point, **empty, **values} for point, values in drawn.items()]
+    real = [{k: float(v) if isinstance(v, int) else v for k, v in row.items()} for row in rows]
+    assert output_digest({"model_point": rows}) == row_by_row({"model_point": real})
+
+
+@pytest.mark.parametrize("count", [1, 4095, 4096, 4097, 9000])
+def test_rows_in_several_portions(count: int) -> None:
+    rows = readings(count).tables
+    assert output_digest(rows) == row_by_row(rows)
+
+
+def test_columns_are_rows() -> None:
+    rows = list(readings(50).tables["comparator_reading"])
+    lists = {name: [row[name] for row in rows] for name in rows[0]}
+    arrays = {**lists, "x_mm": np.array(lists["x_mm"])}
+    for columns in (Columns(lists), Columns(arrays)):
+        assert columns == rows and columns[3] == rows[3] and columns[3:5] == rows[3:5]
+        assert output_digest({"comparator_reading": columns}) == output_digest({"comparator_reading": rows})
+    with pytest.raises(OurFault, match="cannot be stored as REAL"):
+        output_digest({"comparator_reading": Columns({**lists, "x_mm": np.full(50, np.nan)})})
+    with pytest.raises(OurFault, match="col_px"):
+        output_digest({"comparator_reading": Columns({k: v for k, v in lists.items() if k != "col_px"})})

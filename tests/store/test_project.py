@@ -6,6 +6,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -156,18 +157,18 @@ def test_what_is_read_back_must_be_what_was_meant(
     stage: str, full: Path, monkeypatch: pytest.MonkeyPatch, promise: Promise
 ) -> None:
     """One value of each table in turn comes back from the disk as another: nothing is stored."""
-    stored, kept = ledger.stored_rows, promise("F12")
+    stored, kept = ledger.stored_tables, promise("F12")
     for table in STAGE_TABLES[stage]:
 
         def corrupted(*arguments: object, table: str = table) -> object:
-            rows = stored(*arguments)  # type: ignore[arg-type]
-            rows[table] = [("other", *row[1:]) for row in rows[table]]
-            return rows
+            tables = stored(*arguments)  # type: ignore[arg-type]
+            rows = [("other", *row[1:]) for some in tables[table].chunks() for row in some]
+            return {**tables, table: SimpleNamespace(chunks=lambda: [rows])}
 
         with open_project(full, "write") as project, kept.trial(table):
             new = new_run(project, stage)
             with monkeypatch.context() as patch:
-                patch.setattr(ledger, "stored_rows", corrupted)
+                patch.setattr(ledger, "stored_tables", corrupted)
                 with pytest.raises(StorageError, match="read back"):
                     project.append(new)
             assert len(project.runs(stage)) == 1
@@ -266,7 +267,7 @@ def test_a_locked_project_says_so(full: Path, monkeypatch: pytest.MonkeyPatch) -
         new = new_run(second, "photo", 0.25)
         gated = first._open_gate()
         gated.connection.execution_options(immediate=True)
-        with gated.connection.begin(), pytest.raises(Locked, match="another orient command"):
+        with gated.connection.begin(), pytest.raises(Locked, match="in use by another command"):
             second.append(new)
         assert second.append(new).version == 2
 

@@ -1,0 +1,1 @@
+"""Speed of orient as ratios to what a user could pick instead: `make bench`."""

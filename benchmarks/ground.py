@@ -1,0 +1,195 @@
+"""Ground covariances, topocentric coordinates, similarity and polynomials of many points."""
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from importlib.util import find_spec
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.measuring import Task
+from orient.geodesy.ellipsoid import WGS84
+from orient.geodesy.topocentric import Origin, geographic_from_topocentric, topocentric_from_geographic
+from orient.geometry import polynomial
+from orient.solvers.absolute_orientation import orient_model
+from orient.solvers.ground_covariance import RayJacobians, covariance_factor, ground_covariance
+from orient.solvers.polynomial_degree import Crosses, Rule
+from orient.solvers.polynomial_fit import fit_sheet
+
+Array = NDArray[np.float64]
+MILLION = 1_000_000
+DEGREE = 5
+
+
+def tasks() -> Iterator[Task]:
+    yield _blocks(MILLION)
+    yield from _all_pairs(2000)
+    for n in (100, 10_000, MILLION):
+        yield from _topocentric(n)
+    for n in (1000, 10_000, 100_000):
+        yield _seven_parameters(n)
+    yield _polynomial_fit(10_000)
+    yield _polynomial_values(MILLION)
+
+
+def _partials(n: int, rows: int) -> tuple[Array, Array]:
+    """C (n, rows, 6) and a strongly correlated Q (6, 6)."""
+    rng = np.random.default_rng(3)
+    A = rng.normal(size=(12, 6)) @ np.tril(rng.normal(size=(6, 6)))
+    return rng.normal(size=(n, rows, 6)), np.linalg.inv(A.T @ A)
+
+
+def _blocks(n: int) -> Task:
+    C, Q = _partials(n, 2)
+    nothing, one = np.zeros((n, 2, 2)), np.zeros((n, 2))
+    jacobians = RayJacobians(C, nothing, one)
+
+    def own() -> Array:
+        return _packed(ground_covariance(jacobians, Q, nothing, one[:, 0]).orientation)
+
+    def numpy() -> Array:
+        return _packed(np.einsum("nik,kl,njl->nij", C, Q, C, optimize=True))
+
+    note = "orient's also carries the parts of reading and height"
+    return Task(f"2x2 blocks of K, C given, n = {n}", {"orient": own, "einsum(optimize=True)": numpy}, 0.75, note=note)
+
+
+def _packed(K: Array) -> Array:
+    return K.reshape(len(K), -1)
+
+
+def _all_pairs(n: int) -> Iterator[Task]:
+    C, Q = _partials(n, 2)
+    jacobians = RayJacobians(C, np.zeros((n, 2, 2)), np.zeros((n, 2)))
+    wide = C.reshape(-1, 6)
+
+    def factor() -> Array:
+        return covariance_factor(jacobians, Q).reshape(-1, 6)
+
+    def whole() -> Array:
+        F = factor()
+        return np.asarray(F @ F.T)
+
+    def numpy() -> Array:
+        return np.asarray(wide @ Q @ wide.T)
+
+    yield Task(f"all pairs, full K, N = {n}", {"orient": whole, "C @ Q @ C.T": numpy}, 1.0, note="exactly symmetric")
+    yield Task(f"all pairs as the factor F = C L, N = {n}", {"orient": factor, "C @ Q @ C.T": numpy}, 0.001, None)
+
+
+def _topocentric(n: int) -> Iterator[Task]:
+    rng = np.random.default_rng(5)
+    B, L, H = np.radians(rng.uniform(42, 44, n)), np.radians(rng.uniform(24, 26, n)), rng.uniform(0, 3000, n)
+    origin = Origin(*np.radians([43.0, 25.0]), 100.0)
+    T = topocentric_from_geographic(B, L, H, origin, WGS84)
+    is_large = n == MILLION
+    forward: dict[str, Callable[[], object]] = {"orient": partial(topocentric_from_geographic, B, L, H, origin, WGS84)}
+    inverse: dict[str, Callable[[], object]] = {"orient": partial(geographic_from_topocentric, T, origin, WGS84)}
+    if find_spec("pymap3d"):
+        import pymap3d
+
+        own = (origin.B, origin.L, origin.H)
+        forward = {**forward, "pymap3d": lambda: _neu(pymap3d.geodetic2enu(B, L, H, *own, deg=False))}
+        inverse = {
+            **inverse,
+            "pymap3d": lambda: np.column_stack(pymap3d.enu2geodetic(T[:, 1], T[:, 0], T[:, 2], *own, deg=False)),
+        }
+    forward["pyproj"], inverse["pyproj"] = _pyproj(B, L, H, T)
+    yield Task(
+        f"geodetic to topocentric, n = {n}", forward, 0.55 if is_large else None, 1e-9, ("geodetic to topocentric", n)
+    )
+    yield Task(
+        f"topocentric to geodetic, n = {n}", inverse, 0.4 if is_large else None, 1e-9, ("topocentric to geodetic", n)
+    )
+
+
+def _neu(enu: tuple[Array, Array, Array]) -> Array:
+    return np.column_stack([enu[1], enu[0], enu[2]])
+
+
+def _pyproj(B: Array, L: Array, H: Array, T: Array) -> tuple[Callable[[], object], Callable[[], object]]:
+    from pyproj import Transformer
+
+    pipeline = "+proj=pipeline +step +proj=cart +ellps=WGS84 +step +proj=topocentric +ellps=WGS84 "
+    change = Transformer.from_pipeline(pipeline + "+lat_0=43 +lon_0=25 +h_0=100")
+
+    def forward() -> Array:
+        return _neu(change.transform(L, B, H, radians=True))
+
+    def inverse() -> Array:
+        found = change.transform(T[:, 1], T[:, 0], T[:, 2], radians=True, direction="INVERSE")
+        return np.column_stack([found[1], found[0], found[2]])
+
+    return forward, inverse
+
+
+def _seven_parameters(n: int) -> Task:
+    rng = np.random.default_rng(8)
+    model = rng.normal(size=(n, 3))
+    R = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    R *= np.linalg.det(R)
+    ground = 20.0 * model @ R.T + [310.0, -2600.0, 120.0] + rng.normal(scale=0.1, size=(n, 3))
+
+    def own() -> Array:
+        found = orient_model(model, ground, allow_upside_down=True)
+        return np.concatenate([found.X0, found.rotation.ravel(), [found.H]])
+
+    def umeyama() -> Array:
+        a, b = model - model.mean(axis=0), ground - ground.mean(axis=0)
+        U, d, Vt = np.linalg.svd(b.T @ a)
+        d[2] *= np.sign(np.linalg.det(U @ Vt))
+        turn = U @ np.diag([1, 1, np.sign(np.linalg.det(U @ Vt))]) @ Vt
+        t = d.sum() / np.sum(a * a)
+        X0 = ground.mean(axis=0) - t * turn @ model.mean(axis=0)
+        return np.concatenate([X0, turn.ravel(), [1 / t]])
+
+    note = "orient's gives Q, iterations and the redundancy number of every coordinate; Umeyama none of them"
+    target = 1.1 if n == 100_000 else None
+    candidates = {"orient": own, "numpy Umeyama": umeyama}
+    return Task(f"seven parameters, n = {n}", candidates, target, 1e-8, ("seven parameters", n), note)
+
+
+def _crosses(n: int) -> tuple[Crosses, Array, Array]:
+    rng = np.random.default_rng(9)
+    XY = rng.uniform([0, 0], [500, 400], (n, 2))
+    u, v = ((XY - [250, 200]) / 250).T
+    coefficients = rng.normal(size=(21, 2)) * 100
+    ground = polynomial.design(u, v, DEGREE) @ coefficients + rng.normal(scale=0.5, size=(n, 2))
+    metres = np.ones((n, 2))
+    return Crosses(XY, ground, metres), XY, coefficients
+
+
+def _polynomial_fit(n: int) -> Task:
+    crosses, XY, _ = _crosses(n)
+    u, v = ((XY - [250, 200]) / 250).T
+
+    def own() -> Array:
+        fit = fit_sheet(crosses, Rule(degree=DEGREE))
+        at = (XY[:100] - fit.centre_mm) / fit.scale_mm
+        return np.asarray(polynomial.design(*at.T, DEGREE) @ fit.coefficients)
+
+    def numpy() -> Array:
+        D = polynomial.design(u, v, DEGREE)
+        return np.asarray(D[:100] @ np.linalg.lstsq(D, crosses.target, rcond=None)[0])
+
+    note = "orient's tests every cross and gives cofactors and redundancy numbers"
+    candidates = {"orient": own, "numpy lstsq, normalised": numpy}
+    return Task(f"polynomial fit, order {DEGREE}, n = {n}", candidates, 0.3, 1e-9, note=note)
+
+
+def _polynomial_values(n: int) -> Task:
+    rng = np.random.default_rng(9)
+    u, v = rng.uniform(-1, 1, (2, n))
+    coefficients = rng.normal(size=(21, 2))
+    square = np.zeros((DEGREE + 1, DEGREE + 1, 2))
+    for row, (j, k) in zip(coefficients, polynomial.exponents(DEGREE), strict=True):
+        square[j, k] = row
+
+    def own() -> Array:
+        return polynomial.values(u, v, coefficients)
+
+    def numpy() -> Array:
+        return np.column_stack([np.polynomial.polynomial.polyval2d(u, v, square[:, :, c]) for c in range(2)])
+
+    candidates = {"orient": own, "numpy polyval2d": numpy}
+    return Task(f"polynomial evaluation, order {DEGREE}, n = {n}", candidates, 0.1, 1e-9)

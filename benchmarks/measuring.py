@@ -1,0 +1,99 @@
+"""Candidates of one task, timed in shuffled rounds, so that a busy machine slows all of them alike."""
+
+import random
+import statistics
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+SHORTEST_S = 0.004
+"""A candidate is called as often in a row as fills this time."""
+OWN = "orient"
+
+
+@dataclass(frozen=True)
+class Task:
+    """One piece of work. `candidates`: names to calls without arguments that give comparable numbers.
+
+    The first candidate that is not orient's is the anchor. `target`: the largest allowed ratio of orient to it, None
+    for a row that only informs. `tolerance`: how far results may be from the anchor's, relative to the largest number
+    of each column; None where they cannot be compared. `growth`: the row's place in the growth plot, (line, size).
+    """
+
+    name: str
+    candidates: Mapping[str, Callable[[], Any]]
+    target: float | None = None
+    tolerance: float | None = 1e-6
+    growth: tuple[str, int] | None = None
+    note: str = ""
+
+
+@dataclass
+class Timed:
+    """Seconds of each candidate in each round, and how far their results are from the anchor's."""
+
+    task: Task
+    seconds: dict[str, list[float]]
+    apart: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def anchor(self) -> str:
+        return next(name for name in self.seconds if not name.startswith(OWN))
+
+    def median(self, name: str) -> float:
+        return statistics.median(self.seconds[name])
+
+    def ratios(self, name: str) -> tuple[float, float, float]:
+        """Quartiles of the ratio to the anchor, round by round."""
+        values = [mine / other for mine, other in zip(self.seconds[name], self.seconds[self.anchor], strict=True)]
+        if len(values) < 2:
+            return values[0], values[0], values[0]
+        low, middle, high = statistics.quantiles(values, n=4, method="inclusive")
+        return low, middle, high
+
+
+def measure(task: Task, rounds: int = 9, budget_s: float = 12.0) -> Timed:
+    """Results compared once, then `rounds` rounds, fewer (at least three) when the budget is spent."""
+    results, loops = {}, {}
+    begin = time.perf_counter()
+    for name, call in task.candidates.items():
+        call()  # imports, caches, compiled code
+        start = time.perf_counter()
+        results[name] = call()
+        loops[name] = max(1, int(SHORTEST_S / max(time.perf_counter() - start, 1e-9)))
+    timed = Timed(task, {name: [] for name in task.candidates})
+    timed.apart = _apart(results, timed.anchor, task.tolerance)
+    order, shuffle = list(task.candidates), random.Random(1)
+    for number in range(rounds):
+        shuffle.shuffle(order)
+        for name in order:
+            timed.seconds[name].append(_seconds(task.candidates[name], loops[name]))
+        if number >= 2 and time.perf_counter() - begin > budget_s:
+            break
+    return timed
+
+
+def _seconds(call: Callable[[], Any], loops: int) -> float:
+    begin = time.perf_counter()
+    for _ in range(loops):
+        call()
+    return (time.perf_counter() - begin) / loops
+
+
+def _apart(results: Mapping[str, Any], anchor: str, tolerance: float | None) -> dict[str, float]:
+    """Largest difference from the anchor, each column in units of its largest number."""
+    if results[anchor] is None or tolerance is None:
+        return {}
+    base = np.asarray(results[anchor], dtype=np.float64)
+    scale = np.maximum(np.abs(base).max(axis=0), 1e-300)
+    return {name: float(np.max(np.abs(np.asarray(found) - base) / scale)) for name, found in results.items()}
+
+
+def exponent(sizes: Sequence[int], seconds: Sequence[float]) -> float:
+    """Slope of log(time) against log(size) over the larger half of the sizes, where calls no longer count."""
+    half = len(sizes) // 2
+    slope, _ = np.polyfit(np.log(sizes[half:]), np.log(seconds[half:]), 1)
+    return float(slope)

@@ -1,0 +1,127 @@
+"""Resections: one photo, weighted control, many photos, growth."""
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from importlib.util import find_spec
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks import peers
+from benchmarks.measuring import Task
+from benchmarks.scenes import F_MM, POINT_SIGMA_M, SIGMA_MM, Photo, photo, photos
+from orient.solvers.lean_resection import LeanResection, lean_resection
+from orient.solvers.resection import resect
+from orient.solvers.resection_batch import BatchResection, resection_batch
+
+Array = NDArray[np.float64]
+TARGETS = {6: 1.2, 20: 1.2, 100: 1.0, 1000: 0.5, 10_000: 0.3, 100_000: 0.5}
+WEIGHTED = {20: 0.25, 100: 0.06, 1000: None}
+MANY = 10_000
+
+
+def tasks() -> Iterator[Task]:
+    yield from map(_single, TARGETS)
+    yield from map(_from_nothing, (6, 20, 100))
+    yield from map(_weighted, WEIGHTED)
+    yield from map(_full_covariance, (100, 300))
+    yield _batch()
+    yield from (_pipeline_solver(n) for n in (10, 100, 1000, 10_000, 100_000))
+
+
+def _told(found: LeanResection) -> Array:
+    return np.concatenate([found.station, SIGMA_MM * np.sqrt(np.diag(found.Q)[3:])])
+
+
+def _single(n: int) -> Task:
+    one = photo(n)
+
+    def own() -> Array:
+        return _told(lean_resection(one.image, one.ground, F_MM, one.R0, one.S0))
+
+    def compiled() -> Array:
+        found = resection_batch(one.image[None], one.ground[None], F_MM, one.R0[None], one.S0[None], compiled=True)
+        return _told_batch(found, slice(0, 1))[0]
+
+    rough = (one.image, one.ground, one.R0, one.S0)
+    candidates: dict[str, Callable[[], object]] = {"orient": own}
+    if n >= 10_000 and find_spec("numba"):
+        candidates["orient, numba"] = compiled
+    candidates["PoseLib + covariance"] = partial(peers.poselib_refined, *rough)
+    if n <= 1000:
+        candidates["OpenCV LM + covariance"] = partial(peers.opencv_refined, *rough)
+    return Task(f"resection, n = {n}", candidates, TARGETS[n], 1e-5, ("lean resection", n))
+
+
+def _from_nothing(n: int) -> Task:
+    one = photo(n)
+
+    def own() -> Array:
+        return _told_batch(resection_batch(one.image[None], one.ground[None], F_MM), slice(0, 1))[0]
+
+    anchor = {"OpenCV SQPNP + LM + covariance": partial(peers.opencv_from_nothing, one.image, one.ground)}
+    return Task(f"no starting values, n = {n}", {"orient": own, **anchor}, 1.5, 1e-4)
+
+
+def _weighted(n: int) -> Task:
+    one, S = photo(n), _cofactors(n)
+
+    def own() -> Array:
+        return _told(lean_resection(one.image, one.given, F_MM, one.R0, one.S0, S))
+
+    anchor = {"GTSAM + marginal": partial(peers.gtsam_weighted, one.image, one.given, one.R0, one.S0)}
+    return Task(f"weighted control, n = {n}", {"orient": own, **anchor}, WEIGHTED[n], 1e-4, ("weighted control", n))
+
+
+def _cofactors(n: int) -> Array:
+    return np.tile(np.diag(POINT_SIGMA_M**2) / SIGMA_MM**2, (n, 1, 1))
+
+
+def _full_covariance(n: int) -> Task:
+    one, S = photo(n), _cofactors(n)
+    found = lean_resection(one.image, one.given, F_MM, one.R0, one.S0, S)
+    assert found.ground is not None
+
+    def own() -> Array:
+        return SIGMA_MM**2 * lean_resection(one.image, one.given, F_MM, one.R0, one.S0, S).joint_cofactors
+
+    dense = partial(peers.dense_weighted, one.image, one.given, found.rotation, found.station, found.ground)
+    name = f"weighted control + full (6+3n)^2 covariance, n = {n}"
+    return Task(name, {"orient": own, "dense normal equations, one step": dense}, 0.04 if n == 100 else None, 1e-6)
+
+
+def _told_batch(found: BatchResection, some: slice) -> Array:
+    sigmas = SIGMA_MM * np.sqrt(np.diagonal(found.Q[some], axis1=1, axis2=2)[:, 3:])
+    return np.hstack([found.station[some], sigmas])
+
+
+def _batch() -> Task:
+    image, ground, R0, S0 = photos(MANY, 12)
+
+    def own(compiled: bool) -> Array:
+        return _told_batch(resection_batch(image, ground, F_MM, R0, S0, compiled=compiled), slice(None))
+
+    def loop() -> Array:
+        return np.array([peers.poselib_refined(*each) for each in zip(image, ground, R0, S0, strict=True)])
+
+    candidates: dict[str, Callable[[], object]] = {"orient": partial(own, False)}
+    if find_spec("numba"):
+        candidates["orient, numba"] = partial(own, True)
+    return Task(f"{MANY} photos x 12 points", {**candidates, "loop over PoseLib + covariance": loop}, 0.08, 1e-5)
+
+
+def _pipeline_solver(n: int) -> Task:
+    """The solver behind `orient resection`: starts, iterations, cofactors, redundancy numbers of every point."""
+    one: Photo = photo(n)
+    cofactor = np.tile(np.eye(2), (n, 1, 1))
+
+    def full() -> Array:
+        found = resect(one.image, cofactor, one.ground, F_MM)
+        return np.concatenate([found.station, SIGMA_MM * np.sqrt(np.diag(found.Q)[3:])])
+
+    def lean() -> Array:
+        return _told(lean_resection(one.image, one.ground, F_MM, one.R0, one.S0))
+
+    note = "all starts, all iterations and all tests' numbers are kept; informs only"
+    name = f"full adjustment without start against the lean one, n = {n}"
+    return Task(name, {"orient": full, "its own lean resection": lean}, None, 1e-5, ("full adjustment", n), note)
