@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, cast
 
 from orient.report.current import fresh_heads
-from orient.report.rows import read_rows
-from orient.store.project import Project, RunInfo, open_project
 from orient.values import Tables
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from orient.store.project import Project, RunInfo
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +99,8 @@ def drawn(name: str, data: PlotData, format_name: str) -> bytes:
 
 
 def _read(path: Path, plot: Plot, part: str) -> PlotData:
+    from orient.store.project import open_project
+
     with open_project(path, "read") as project, project.snapshot():
         there = project.heads()
         chosen = next((stage for stage in plot.one_of if stage in there), next(iter(plot.one_of), ""))
@@ -110,9 +112,11 @@ def _read(path: Path, plot: Plot, part: str) -> PlotData:
 
 
 def plot_data(
-    project: Project, runs: Mapping[str, RunInfo], wanted: Mapping[str, tuple[str, ...]], part: str = ""
+    project: "Project", runs: Mapping[str, "RunInfo"], wanted: Mapping[str, tuple[str, ...]], part: str = ""
 ) -> PlotData:
     """The wanted tables of these runs."""
+    from orient.report.rows import read_rows
+
     tables = {
         stage: {name: read_rows(project, runs[stage].run_id, name) for name in names} for stage, names in wanted.items()
     }
