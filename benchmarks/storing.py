@@ -44,7 +44,8 @@ def _readings(n: int) -> Columns:
 def _run(rows: Columns) -> NewRun:
     content = content_of({"comparator_reading": rows})
     digest = input_digest("readings", 1, {}, {"content": content.digest})
-    return NewRun("readings", 1, {}, {}, digest, Outcome({"comparator_reading": rows}), {}, "bench", "bench")
+    outcome = Outcome({"comparator_reading": rows})
+    return NewRun("readings", 1, {}, {}, digest, outcome, {}, "bench", "bench", content=content)
 
 
 def _fresh(folder: Path) -> Callable[[], Path]:
@@ -71,7 +72,8 @@ def _insert(folder: Path, n: int) -> Task:
         path = name()
         path.write_bytes(template)
         connection = sqlite3.connect(path, isolation_level=None)
-        connection.execute(DURABLE)
+        for pragma in (DURABLE, "PRAGMA foreign_keys = ON", "PRAGMA recursive_triggers = ON"):
+            connection.execute(pragma)
         connection.execute("BEGIN IMMEDIATE")
         connection.execute("INSERT INTO stage_run VALUES (1, 'readings', 1, 1, '{}', '', '', '', '', '')")
         connection.executemany(f"INSERT INTO comparator_reading VALUES ({', '.join('?' * 10)})", tuples)

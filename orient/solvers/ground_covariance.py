@@ -16,6 +16,8 @@ from orient.geometry.collinearity import image_ray, partials_rotation
 FloatArray = NDArray[np.float64]
 
 GRAZING_SINE = 1e-6
+POINTS_AT_ONCE = 4096
+"""Points whose intermediate numbers stay in the processor's cache."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,10 +105,26 @@ def ground_covariance(
     `reading_covariance` (n, 2, 2) [mm^2]; `height_variance` (n,) [m^2].
     Never use the diagonal of Q alone: position and rotation are strongly correlated (seed 003, last recommendation).
     """
-    F = covariance_factor(jacobians, element_covariance)
     reading = jacobians.J @ reading_covariance @ jacobians.J.transpose(0, 2, 1)
     height = height_variance[:, None, None] * jacobians.h[:, :, None] * jacobians.h[:, None, :]
-    return GroundCovariance(F @ F.transpose(0, 2, 1), reading, height)
+    return GroundCovariance(orientation_covariance(jacobians, element_covariance), reading, height)
+
+
+def orientation_covariance(jacobians: RayJacobians, element_covariance: FloatArray) -> FloatArray:
+    """K_i = F_i F_i', F_i = C_i L, L L' = Q (u, u): the part of the orientation (n, 3, 3) [m^2], exactly symmetric.
+
+    Row by row of F, some thousand points at a time: no small matrices are multiplied.
+    """
+    n, rows = jacobians.C.shape[:2]
+    L = symmetric_factor(element_covariance)
+    K = np.empty((n, rows, rows))
+    for begin in range(0, n, POINTS_AT_ONCE):
+        part = slice(begin, begin + POINTS_AT_ONCE)
+        F = [L.T @ jacobians.C[part, row].T for row in range(rows)]
+        for i in range(rows):
+            for j in range(i + 1):
+                K[part, i, j] = K[part, j, i] = np.sum(F[i] * F[j], axis=0)
+    return K
 
 
 def covariance_factor(jacobians: RayJacobians, element_covariance: FloatArray) -> FloatArray:
