@@ -68,7 +68,7 @@ STAGES = (
     ),
     Stage(
         "digitize",
-        1,
+        2,
         "map points: polynomial of each sheet",
         required=("photo", "sheet"),
         settings={
@@ -101,7 +101,7 @@ STAGES = (
     ),
     Stage(
         "resection",
-        3,
+        4,
         "exterior orientation",
         required=("photo", "refine", "topocentric"),
         optional=("digitize",),
@@ -127,7 +127,7 @@ STAGES = (
     ),
     Stage(
         "covariance",
-        3,
+        4,
         "covariance of ground points, K = C Q C'",
         required=("photo", "refine", "topocentric", "resection"),
         settings={"pairs": False, "map_side": 11, "map_height_sigma_m": 0.0},

@@ -86,14 +86,32 @@ def ray_at_height_jacobians(
     `points` (n, 3) on their rays (`ray_at_height`), `up` (n, 3) unit verticals. Elements e = (r, X_S, Y_S, Z_S) with
     R_new = exp([r]x) R. Source: seed 003, equations (1)-(2), without its assumption of a vertical photo.
     """
+    found = RayJacobians(*(np.empty((len(points), 3, *last)) for last in ((6,), (2,), ())))
+    for begin in range(0, len(points), POINTS_AT_ONCE):
+        part = slice(begin, begin + POINTS_AT_ONCE)
+        found.C[part], found.J[part], found.h[part] = _jacobians(points[part], station, rotation, f_mm, up[part])
+    return found
+
+
+def _jacobians(
+    points: FloatArray, station: FloatArray, rotation: FloatArray, f_mm: float, up: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """M = (b x n, n x a, a x b) / a . (b x n) of the rows a, b of A_P: C, J, h."""
     partials = partials_rotation(points, station, rotation, f_mm)
-    system = np.concatenate([partials[:, :, 6:], up[:, None, :]], axis=1)
-    with np.errstate(invalid="ignore"):
+    a, b, n = partials[:, 0, 6:].T, partials[:, 1, 6:].T, up.T
+    with np.errstate(invalid="ignore", divide="ignore"):
         rays = points - station
         level = ~(np.abs(np.sum(up * rays, axis=1)) > GRAZING_SINE * np.linalg.norm(rays, axis=1))
-    M = np.linalg.inv(np.where(level[:, None, None], np.eye(3), system))
-    M[level] = np.nan
-    return RayJacobians(-M[:, :, :2] @ partials[:, :, :6], M[:, :, :2], M[:, :, 2])
+        columns = _cross(b, n), _cross(n, a), _cross(a, b)
+        M = np.stack(columns) / np.where(level, np.nan, np.sum(a * columns[0], axis=0))
+    by_x, by_y = partials[:, 0, :6].T, partials[:, 1, :6].T
+    C = -(M[0][:, None] * by_x + M[1][:, None] * by_y)
+    return C.transpose(2, 0, 1), M[:2].transpose(2, 1, 0), M[2].T
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """a x b (3, n) of vectors by component."""
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
 def ground_covariance(

@@ -105,7 +105,7 @@ def predict(fit: SheetFit, XY: Vector) -> SheetPrediction:
     by_uv = polynomial.gradient(u, v, fit.degree)
     gradient = np.einsum("kmi,mc->kci", by_uv, fit.coefficients) / fit.scale_mm
     cofactor = np.einsum("km,mj,kj->k", rows, fit.cofactor, rows)
-    return SheetPrediction(rows @ fit.coefficients, gradient, rows, cofactor)
+    return SheetPrediction(polynomial.values(u, v, fit.coefficients), gradient, rows, cofactor)
 
 
 def suspects(
