@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from itertools import count
 from pathlib import Path
 
-from benchmarks.measuring import Task
+from benchmarks.measuring import WALL, Task
 
 ROOT = Path(__file__).parents[1]
 SAMPLE = ROOT / "sample_projects" / "calgary-28"
@@ -52,18 +52,20 @@ def tasks() -> Iterator[Task]:
         _orient("run", str(path))()
 
     own = _orient("--help")
-    yield Task("orient --help", {"orient": own, "click --help": _python(CLICK)}, 3.0, None)
-    yield Task("orient --version", {"orient": _orient("--version"), "click --help": _python(CLICK)}, None, None)
+    yield Task("orient --help", {"orient": own, "click --help": _python(CLICK)}, 3.0, None, clock=WALL)
+    yield Task(
+        "orient --version", {"orient": _orient("--version"), "click --help": _python(CLICK)}, None, None, clock=WALL
+    )
     plain = _python(f"import sys; sys.argv = ['plain', {str(project)!r}]\n{PLAIN}")
     status = _orient("status", str(project))
     libraries = _imports(["status", str(project)])
     bases = {"orient": status, "its packages, imported": libraries, "argparse + sqlite3 + numpy": plain}
-    yield Task("orient status", bases, 1.3, None, note=NOTE)
+    yield Task("orient status", bases, 1.3, None, note=NOTE, clock=WALL)
     warm = folder / "warm.sqlite"
     warm.write_bytes(fresh.read_bytes())
     libraries = _imports(["run", str(warm)])
     bases = {"orient": run_new, "its packages, imported": libraries, "argparse + sqlite3 + numpy": plain}
-    yield Task("orient run", bases, 1.6, None, note=f"{NOTE}; a photo of 21 points, five stages")
+    yield Task("orient run", bases, 1.6, None, note=f"{NOTE}; a photo of 21 points, five stages", clock=WALL)
 
 
 def _python(code: str) -> Callable[[], None]:
