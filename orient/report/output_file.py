@@ -7,23 +7,17 @@ from pathlib import Path
 
 from orient.errors import OrientError, UsageError
 from orient.store.errors import ReadOnly
-from orient.store.new_file import LONGEST_NAME, SIDE_FILES, give_name, temporary_file
+from orient.store.new_file import SIDE_FILES, give_name, name_in_folder, temporary_file
 
 NOTHING = "Nothing was written; choose another folder."
 
 
 def output_path(text: str, project: Path, force: bool) -> Path:
-    """The absolute path of a file that may be written; links are not followed. `UsageError` says why it may not.
+    """The absolute path of a file that may be written; a link is replaced, never written through. `UsageError` says why it may not.
 
     Call it before anything is computed. The project, its side files, folders and devices are refused even with force.
     """
-    if not text or "\0" in text:
-        raise UsageError("the name of the output is empty or contains a zero byte", "Give the name of a file.")
-    target = Path(os.path.abspath(text))  # noqa: PTH100  (a link is replaced, never written through)
-    if len(os.fsencode(target.name)) > LONGEST_NAME:
-        raise UsageError(f"the name {target.name[:40]}... is too long", "Give a shorter one.")
-    if not target.parent.is_dir():
-        raise UsageError(f"the folder {target.parent} does not exist", "Create it first.")
+    target = name_in_folder(text, "the output")
     if _is_own_input(target, project):
         raise UsageError(f"{text}: the output would overwrite its own input", "Give another name.")
     if not os.path.lexists(target):

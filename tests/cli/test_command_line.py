@@ -79,7 +79,7 @@ def test_e18_interpreter_options_change_nothing(variables: dict[str, str], aeria
 def test_e19_an_existing_name_is_not_touched(aerial: Path) -> None:
     before = aerial.read_bytes()
     said = orient("new", aerial, "--from", AERIAL)
-    assert said.code == 3
+    assert said.code == 2
     assert said.err.startswith(f"orient: {aerial} exists.")
     assert aerial.read_bytes() == before
 
