@@ -2,20 +2,23 @@
 
 import os
 import stat
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from orient.errors import OrientError, UsageError
 from orient.store.errors import ReadOnly
 from orient.store.new_file import SIDE_FILES, give_name, name_in_folder, temporary_file
 
+STDOUT = "-"
+"""Instead of a name: the standard output."""
 NOTHING = "Nothing was written; choose another folder."
 
 
 def output_path(text: str, project: Path, force: bool) -> Path:
-    """The absolute path of a file that may be written; a link is replaced, never written through. `UsageError` says why it may not.
+    """The absolute path of a file that may be written; a `UsageError` says why it may not.
 
-    Call it before anything is computed. The project, its side files, folders and devices are refused even with force.
+    Call it before anything is computed. A link is replaced, never written through. The project, its side files, folders
+    and devices are refused even with force.
     """
     target = name_in_folder(text, "the output")
     if _is_own_input(target, project):
@@ -28,6 +31,14 @@ def output_path(text: str, project: Path, force: bool) -> Path:
     if not force:
         raise UsageError(f"{text} exists", "Use --force, or give another name.")
     return target
+
+
+def ending_of(name: str, endings: Sequence[str], what: str) -> str:
+    """The ending of the name, in small letters; a `UsageError` unless it is one of those that `what` may have."""
+    ending = Path(name).suffix.lower()
+    if ending not in endings:
+        raise UsageError(f'"{name}": the name of a {what} ends in {" or ".join(endings)}')
+    return ending
 
 
 def write_output(target: Path, content: bytes | Iterable[bytes], project: Path, force: bool) -> None:

@@ -9,12 +9,10 @@ from orient.errors import OrientError, UsageError
 from orient.pipeline.registry import IMAGE
 from orient.pipeline.seal import Request, Sealed, seal
 from orient.report.check import counted
-from orient.report.output_file import output_path, write_output
+from orient.report.output_file import STDOUT, output_path, write_output
 from orient.report.text import console, printable
 from orient.store.project import Project, RunInfo, open_project
 from orient.values import Row
-
-STDOUT = "-"
 
 
 def show_sealed(path: Path, output: str, request: Request, as_json: bool) -> None:
