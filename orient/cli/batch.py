@@ -6,7 +6,7 @@ import typer
 
 from orient.cli.inputs import Decimal, Encoding, IgnoreColumns
 from orient.cli.options import AsJson, Reason
-from orient.cli.stages import AllowBallpark, CameraUse, Control, Engine, Reject, Robust, Variance, settings_of
+from orient.cli.settings import AllowBallpark, CameraUse, Control, Engine, Reject, Robust, Variance, settings_of
 from orient.errors import UsageError
 
 
