@@ -55,3 +55,20 @@ def orient_process(*words: object, env: dict[str, str] | None = None, **options:
     child = start(*words, env=env, **options)
     out, err = child.communicate(timeout=60)
     return Said(child.returncode, out.decode("utf-8", "replace"), err.decode("utf-8", "replace"))
+
+
+def in_process(code: str, *words: object) -> "subprocess.CompletedProcess[str]":
+    """Python code of its own, with the words of a command."""
+    return subprocess.run(
+        [sys.executable, "-c", code, *map(str, words)],
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+
+
+def without(package: str, *words: object) -> "subprocess.CompletedProcess[str]":
+    """The command where an optional package is not installed."""
+    return in_process(f"import sys; sys.modules[{package!r}] = None; {ENTRY}", *words)
