@@ -84,7 +84,7 @@ def export(
         return
     ending = Path(output).suffix.lower()
     if ending not in form.endings:
-        raise UsageError(f'"{output}": the name of a {form.name} file ends in {" or ".join(form.endings)}')
+        raise UsageError(f'"{output}": the name of such a file ({form.name}) ends in {" or ".join(form.endings)}')
     target = output_path(output, project, force)
     made = make(project, form, ending, target.name, options)
     for extra, content in made.beside.items():

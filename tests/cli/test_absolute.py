@@ -160,7 +160,10 @@ def test_a_project_without_a_model_waits_for_nothing(aerial: Path) -> None:
     assert "absolute" not in orient("status", aerial).out
     said = orient("absolute", aerial)
     assert said.code == 1
-    assert said.err == "orient: absolute waits for model\n        Add it with: orient add PROJECT model FILE -m why\n"
+    assert (
+        said.err
+        == "orient: absolute waits for model\n        Add the list model: orient add PROJECT model FILE -m why\n"
+    )
 
 
 def test_a_model_without_control_says_what_it_waits_for(tmp_path: Path) -> None:
@@ -173,6 +176,10 @@ def test_a_model_without_control_says_what_it_waits_for(tmp_path: Path) -> None:
     assert "absolute" in orient("status", alone).out
     assert "absolute" not in orient("status", path).out
     assert orient("absolute", alone).err.startswith("orient: absolute waits for topocentric\n")
+    for words, project in ((("absolute",), "PROJECT"), (("show", "absolute"), alone), (("export", "opk"), alone)):
+        said = orient(words[0], alone, *words[1:], *(["-o", "-"] if words[0] == "export" else []))
+        wanted = "readings" if words[0] == "export" else "control"
+        assert f"Add the list {wanted}: orient add {project} {wanted} FILE -m why" in said.err
 
 
 LINE: dict[str, Xyz] = {f"L{k}": (1000.0 + 200 * k, 2000.0 + 100 * k, 50.0 + 5 * k) for k in range(5)}
