@@ -190,7 +190,10 @@ BAD: dict[str, tuple[dict[str, Sequence[object]], dict[str, Xyz], str, str]] = {
         BLOCK, {"Q1": (1.0, 2.0, 3.0), "Q2": (4.0, 2.0, 1.0), "Q3": (0.0, 5.0, 9.0)}, "right",
         "zone A: 0 full, 0 plan-only and 0 height-only control points give 0 equations",
     ),
-    "two points": (given("ff"), modelled(BLOCK), "right", "give 6 equations; the absolute orientation has 7 unknowns"),
+    "two points": (
+        given("ff"), modelled(BLOCK), "right",
+        "give 6 equations; the absolute orientation has 7 unknowns\n",
+    ),
     "heights only": (given("hhhhhh"), modelled(BLOCK), "right", "0 full, 0 plan-only and 6 height-only"),
     "plan only": (given("pppppp"), modelled(BLOCK), "right", "without any height Z_0 is not determined"),
     "on one line": (LINE, modelled(LINE), "right", "lie on one line: the model can turn about it"),
