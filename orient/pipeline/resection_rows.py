@@ -18,7 +18,7 @@ from orient.geometry.rotation import (
 from orient.pipeline.camera import measured_of
 from orient.pipeline.frames import Frame
 from orient.pipeline.observations import Observations
-from orient.pipeline.tables import COVARIANCE_PARTS, UPPER_3, Array, columns, named_packed_rows, or_none
+from orient.pipeline.tables import COVARIANCE_PARTS, UPPER_3, Array, columns, named, named_packed_rows, or_none
 from orient.solvers.camera_unknowns import CameraUnknowns
 from orient.solvers.resection import Resection
 from orient.units import DEGREES_PER_RADIAN
@@ -197,7 +197,3 @@ def _adjusted_rows(found: Resection, frame: Frame, control: Observations) -> Row
         }
         for index, point in enumerate(control.points)
     ]
-
-
-def named(keys: Sequence[str], values: Array) -> dict[str, float]:
-    return dict(zip(keys, (float(value) for value in values), strict=True))

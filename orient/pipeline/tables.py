@@ -29,6 +29,11 @@ def nullable(values: Array) -> list[float | None]:
     return np.where(np.isfinite(values), values, None).tolist()  # type: ignore[no-any-return, call-overload]
 
 
+def named(keys: Sequence[str], values: Array) -> dict[str, float]:
+    """Columns with the values of an array."""
+    return dict(zip(keys, (float(value) for value in values), strict=True))
+
+
 def joined(parts: Sequence[Mapping[str, Any]]) -> Columns:
     """One table from parts of it by column, all with the same names."""
     return Columns({name: [value for part in parts for value in as_list(part[name])] for name in parts[0]})

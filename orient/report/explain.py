@@ -1,6 +1,5 @@
 """`explain`: one iteration of the resection as a page of a textbook, to be followed by hand to the printed digits."""
 
-import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -12,7 +11,7 @@ from orient.pipeline.registry import ALL_STAGES, how_to_get
 from orient.pipeline.tables import Array
 from orient.pipeline.textbook import Page, page
 from orient.report.matrix import matrix_lines
-from orient.report.text import cell, console, print_table, printable
+from orient.report.text import cell, console, print_json, print_table, printable
 from orient.solvers.textbook import Group, Step, as_printed, textbook_step
 from orient.store.project import RunInfo, open_project
 from orient.units import DEGREES_PER_RADIAN
@@ -43,7 +42,7 @@ def explain(path: Path, stage: str, iteration: int, version: int | None, digits:
     count = len(stored["iteration"])
     name = str(inputs["photo"]["photo"][0]["name"])
     if as_json:
-        print(json.dumps(_content(run, found, iteration, count), indent=2, allow_nan=False))
+        print_json(_content(run, found, iteration, count))
         return
     step = textbook_step([*found.groups, *found.prior_groups], digits)
     out = console()

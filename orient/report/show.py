@@ -1,6 +1,5 @@
 """`show STAGE`: findings first, then the numbers, for a person; or everything as JSON."""
 
-import json
 from collections.abc import Collection, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -15,7 +14,7 @@ from orient.report.findings import findings, later_failures, print_findings
 from orient.report.orientation import Shown, iteration_table, orientation_lines, orientation_tables
 from orient.report.reliability import reliability_tables, test_lines
 from orient.report.sections import SECTIONS, Section
-from orient.report.text import cell, console, print_table, printable
+from orient.report.text import cell, console, print_json, print_table, printable
 from orient.report.verify import known_verdicts, verified_line
 from orient.store.project import Project, RunInfo, open_project
 from orient.values import Row, Tables
@@ -48,7 +47,7 @@ def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bo
             "later_failures": findings_as_json(later),
             "stale": stale,
         }
-        print(json.dumps(content, indent=2, allow_nan=False))
+        print_json(content)
         return run.status == "succeeded"
     _print_head(run)
     if stale:

@@ -18,8 +18,9 @@ OPERATIONS_BETWEEN_LOOKS = 10_000
 HEAP_LIMIT_BYTES = 512 * 2**20
 SPILL = "PRAGMA cache_spill=ON"
 
-SPILL_PAGES = 65_536
-"""256 MB of pages of 4096 bytes: a larger append goes through the file, so that its memory is bounded."""
+SPILL_PAGES = 65_535
+"""256 MB of pages of 4096 bytes: a larger append goes through the file, so that its memory is bounded. Not 65 536: of
+that SQLite keeps eight bits to tell on from off."""
 
 LIMITS = {
     sqlite3.SQLITE_LIMIT_LENGTH: 64 * 2**20,

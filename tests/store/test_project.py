@@ -37,7 +37,7 @@ def test_a_new_project_is_private_and_alone(tmp_path: Path) -> None:
 def test_an_existing_name_is_never_touched(tmp_path: Path) -> None:
     path = tmp_path / "new.orient"
     path.write_text("mine")
-    with pytest.raises(ProjectError, match="exists"):
+    with pytest.raises(UsageError, match="exists"):
         create_project(path)
     assert path.read_text() == "mine"
 

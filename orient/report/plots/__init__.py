@@ -1,4 +1,4 @@
-"""The plots: each is one module with `draw(data) -> Figure`. This page imports no matplotlib."""
+"""The plots: each is one module with `draw(data) -> Figure`. This page imports no matplotlib and no SQL."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -6,13 +6,14 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, cast
 
+from orient.errors import UsageError
 from orient.report.current import fresh_heads
-from orient.report.rows import read_rows
-from orient.store.project import Project, RunInfo, open_project
 from orient.values import Tables
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from orient.store.project import Project, RunInfo
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +78,14 @@ PLOTS = (
     ),
 )
 BY_NAME = {plot.name: plot for plot in PLOTS}
-FORMATS = ("svg", "png")
+ENDINGS = (".svg", ".png")
+
+
+def plot_named(name: str) -> Plot:
+    """The plot; a `UsageError` lists what there is."""
+    if name not in BY_NAME:
+        raise UsageError(f'there is no plot "{name}"', f"Plots are {', '.join(BY_NAME)}.")
+    return BY_NAME[name]
 
 
 def make_plot(path: Path, name: str, format_name: str, part: str = "") -> bytes:
@@ -99,6 +107,8 @@ def drawn(name: str, data: PlotData, format_name: str) -> bytes:
 
 
 def _read(path: Path, plot: Plot, part: str) -> PlotData:
+    from orient.store.project import open_project
+
     with open_project(path, "read") as project, project.snapshot():
         there = project.heads()
         chosen = next((stage for stage in plot.one_of if stage in there), next(iter(plot.one_of), ""))
@@ -110,9 +120,11 @@ def _read(path: Path, plot: Plot, part: str) -> PlotData:
 
 
 def plot_data(
-    project: Project, runs: Mapping[str, RunInfo], wanted: Mapping[str, tuple[str, ...]], part: str = ""
+    project: "Project", runs: Mapping[str, "RunInfo"], wanted: Mapping[str, tuple[str, ...]], part: str = ""
 ) -> PlotData:
     """The wanted tables of these runs."""
+    from orient.report.rows import read_rows
+
     tables = {
         stage: {name: read_rows(project, runs[stage].run_id, name) for name in names} for stage, names in wanted.items()
     }
