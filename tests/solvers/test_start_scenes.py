@@ -3,7 +3,8 @@
 Right: the station within 2 % of the distance, or within the linear covariance (e'Q^-1 e / sigma0^2 < 60, by chance once
 in 1e10). Four points in a narrow field leave elements so uncertain that the linear covariance does not hold: there the
 exact form of the same test counts, (v'Pv of the truth - v'Pv) / sigma0^2 < 60, and the end must be the minimum that the
-adjustment reaches from the truth itself, so that no second orientation that fits as well can pass. Said: ambiguous (another orientation fits as well), or no result with its termination.
+adjustment reaches from the truth itself, so that no second orientation that fits as well can pass.
+Said: ambiguous (another orientation fits as well), or no result with its termination.
 """
 
 from collections import Counter
