@@ -91,7 +91,7 @@ def _say_no_memory(error: MemoryError) -> int:
 
 
 def _say_stopped() -> int:
-    _say("stopped; nothing was stored by the interrupted step")
+    _say("stopped; no step is stored by half: orient log PROJECT tells what is stored")
     return 128 + _stopped_by[0]
 
 

@@ -80,7 +80,7 @@ def export(
         for piece in make(project, form, form.endings[0], f"{form.name}{form.endings[0]}", options).content:
             sys.stdout.write(piece.decode("utf-8"))
         return
-    ending = ending_of(output, form.endings, f"{form.name} file")
+    ending = ending_of(output, form.endings, f"file for {form.name}")
     target = output_path(output, project, force)
     made = make(project, form, ending, target.name, options)
     for extra, content in made.beside.items():

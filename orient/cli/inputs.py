@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from orient.cli.completion import from_words, list_names
-from orient.cli.options import Again, ProjectPath, Reason, valid_text
+from orient.cli.options import Again, ProjectPath, Reason, reason_text
 from orient.intake.options import MAX_ROWS
 
 Decimal = Annotated[
@@ -59,7 +59,7 @@ def add(
     ],
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="The CSV and TOML files of the list.")],
     message: Annotated[
-        str, typer.Option("--message", "-m", callback=valid_text, help="Why; it is kept with the version.")
+        str, typer.Option("--message", "-m", callback=reason_text, help="Why; it is kept with the version.")
     ],
     again: Again = False,
     decimal: Decimal = "point",

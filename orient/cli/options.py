@@ -21,12 +21,24 @@ def valid_text(text: str) -> str:
     return text
 
 
+LONGEST_REASON = 1000
+
+
+def reason_text(text: str) -> str:
+    """A reason that `log` can show: some words, not a book."""
+    if not text.strip():
+        raise UsageError("the reason has no words", 'Write why, for example: -m "P7 was read on the wrong house"')
+    if len(text) > LONGEST_REASON:
+        raise UsageError(f"the reason is longer than {LONGEST_REASON} characters", "Say it shorter.")
+    return valid_text(text)
+
+
 ProjectPath = Annotated[
     Path, typer.Argument(metavar="PROJECT", parser=_project_path, help="The project file, one per photo.")
 ]
 Reason = Annotated[
     str,
-    typer.Option("--message", "-m", callback=valid_text, help="Why, in your words; it is kept with the version."),
+    typer.Option("--message", "-m", callback=reason_text, help="Why, in your words; it is kept with the version."),
 ]
 Again = Annotated[bool, typer.Option("--again", help="Compute (or store) again even if nothing has changed.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Answer as JSON, with all digits, for programs.")]

@@ -39,6 +39,6 @@ def sql(
     from orient.report.questions import answer, list_questions
 
     if as_list or not question:
-        list_questions()
+        list_questions(as_json)
     else:
         answer(project, question, as_csv, as_json, raw, settings_of([valid_text(pair) for pair in sets or []]))

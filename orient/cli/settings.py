@@ -26,20 +26,21 @@ def settings_of(**options: str | int | float | bool | None) -> Settings:
     return {name: value for name, value in options.items() if value is not None}
 
 
-def exclusion(exclude: str | None, reason: str | None) -> Settings:
+def exclusion(exclude: list[str] | None, reason: list[str] | None) -> Settings:
     """`none` takes all points again, whoever left them out; a point is left out with a reason only.
 
-    What the same command says of --reject and --robust counts more: write it behind this.
+    What the same command says of --reject and --robust counts more: write it behind this. Options given again add up.
     """
-    if exclude is None:
-        if reason is not None:
+    names, why = ",".join(exclude or ()), "; ".join(reason or ())
+    if not exclude:
+        if reason:
             raise UsageError("--reason belongs to --exclude", "Say which points: --exclude P7,P9 --reason TEXT")
         return {}
-    if exclude.strip() in ("", "none"):
+    if names.strip() in ("", "none"):
         return {"exclude": "", "exclude_reason": "", "reject": False, "robust": False}
-    if not (reason or "").strip():
+    if not why.strip("; "):
         raise UsageError("say why the points are left out", '--exclude P7 --reason "wrong house"')
-    return {"exclude": valid_text(exclude), "exclude_reason": valid_text(str(reason))}
+    return {"exclude": valid_text(names), "exclude_reason": valid_text(why)}
 
 
 def degree_of(value: str) -> int | None:
@@ -99,12 +100,17 @@ def _elements(value: str | None) -> str | None:
 
 
 Exclude = Annotated[
-    str | None,
+    list[str] | None,
     typer.Option(
-        "--exclude", metavar="P7,P9|none", help="Leave these out; needs --reason. none: take all points again."
+        "--exclude",
+        metavar="P7,P9|none",
+        help="Leave these out; needs --reason. May be given again. none: take all points again.",
     ),
 ]
-Why = Annotated[str | None, typer.Option("--reason", help="Why they are left out; it is kept with each of them.")]
+Why = Annotated[
+    list[str] | None,
+    typer.Option("--reason", metavar="TEXT", help="Why they are left out; it is kept with each of them."),
+]
 Robust = Annotated[
     bool | None,
     typer.Option(

@@ -1,6 +1,6 @@
 """The stages: what each one reads, in which order they run, and their settings. Imports no mathematics."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Protocol, cast
@@ -161,6 +161,27 @@ ALL_STAGES = INPUT_STAGES + tuple(BY_NAME)
 
 FINAL_STAGES = ("resection", "absolute")
 """Stages whose result is the orientation itself."""
+
+
+def missing_lists(name: str, available: Collection[str]) -> list[str]:
+    """Lists that nobody has added, without which `name` cannot be computed; empty where a run is enough."""
+    if name in available:
+        return []
+    if name not in BY_NAME:
+        return [name]
+    stage = BY_NAME[name]
+    ways = [missing_lists(other, available) for other in stage.needs_one_of]
+    shortest = min(ways, key=len, default=[])
+    found = [one for other in stage.required for one in missing_lists(other, available)] + shortest
+    return list(dict.fromkeys(found))
+
+
+def how_to_get(names: Iterable[str], available: Collection[str], project: str = "PROJECT") -> str:
+    """What brings the stages `names`: the list to add first, or a run."""
+    lists = [one for name in names for one in missing_lists(name, available)]
+    if lists:
+        return f"Add the list {lists[0]}: orient add {project} {lists[0]} FILE -m why"
+    return f"Run: orient run {project}"
 
 
 def is_optional(name: str, waits_for: str) -> bool:

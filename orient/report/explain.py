@@ -7,7 +7,7 @@ import numpy as np
 
 from orient.errors import UsageError
 from orient.geometry.rotation import aok_from_matrix, rotation_exp
-from orient.pipeline.registry import ALL_STAGES
+from orient.pipeline.registry import ALL_STAGES, how_to_get
 from orient.pipeline.tables import Array
 from orient.pipeline.textbook import Page, page
 from orient.report.matrix import matrix_lines
@@ -33,7 +33,8 @@ def explain(path: Path, stage: str, iteration: int, version: int | None, digits:
         run = project.run("resection", version) if version else project.heads().get("resection")
         if run is None:
             last = project.runs("resection")[-1:]
-            hint = f"Run: orient run {path}" if not last else f"See a failed one: --version {last[0].version}"
+            hint = how_to_get(["resection"], project.heads(), str(path))
+            hint = f"See a failed one: --version {last[0].version}" if last else hint
             raise UsageError("resection has no current version", hint)
         inputs = {role: project.read_tables(run_id) for role, run_id in run.inputs.items()}
         stored = project.read_tables(run.run_id)

@@ -131,7 +131,8 @@ def verdict(states: Mapping[str, str], found: Sequence[Finding], results: Sequen
     if problems:
         what = "a problem: read it" if problems == 1 else f"{problems} problems: read them"
         return Verdict("doubtful", f"Oriented, but with {what} before you use a number.")
-    return Verdict("good", "Oriented; no problem was found.")
+    left_out = any(finding.code in UNUSED_DATA for finding in found)
+    return Verdict("good", "Oriented; no problem was found" + (", but not all data are used." if left_out else "."))
 
 
 def as_json(found: Sequence[Finding]) -> list[dict[str, str]]:

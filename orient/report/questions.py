@@ -115,8 +115,11 @@ QUESTIONS = (
 BY_NAME = {question.name: question for question in QUESTIONS}
 
 
-def list_questions() -> None:
-    """Names and texts of the questions."""
+def list_questions(as_json: bool = False) -> None:
+    """Names and texts of the questions; as JSON with their SQL."""
+    if as_json:
+        print_json([{"name": question.name, "asks": _asks(question), "sql": question.sql} for question in QUESTIONS])
+        return
     rows = [[question.name, _asks(question)] for question in QUESTIONS]
     print_table(["name", "question"], rows, [False, False])
     console().print('Ask one by its name, or write SQL: orient sql PROJECT "SELECT * FROM v_residual"')

@@ -16,6 +16,8 @@ from orient.values import Row
 
 def show_sealed(path: Path, output: str, request: Request, as_json: bool) -> None:
     """Seal a project and print the manifest."""
+    if output == STDOUT:
+        raise UsageError("a sealed project is a file, not a stream", "Give the name of a file: -o FILE")
     target = output_path(output, path, request.force)
     with counted("runs examined") as progress:
         done = seal(path, target, request, progress)

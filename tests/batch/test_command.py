@@ -28,6 +28,7 @@ def two(projects: Path) -> Path:
         (("--decimal", "semicolon", "--from", "x"), "--decimal"),
         (("--control", "perhaps"), "is not one of"),
         (("--from", "nowhere"), "nowhere cannot be read"),
+        (("--from", "."), "no folder in . has a photo.toml"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, tuple) else None,
 )

@@ -136,6 +136,11 @@ def test_without_matplotlib_it_is_said_what_to_install(aerial: Path) -> None:
 def test_a_plot_before_its_stage_says_what_to_run(fresh: Path) -> None:
     said = orient("plot", fresh, "accuracy", "-o", fresh.parent / "x.svg")
     assert (said.code, "needs resection, covariance" in said.err) == (2, True)
+    for stage in ("refine", "bl", "topocentric"):
+        assert orient(stage, fresh).code == 0
+    assert orient("resection", fresh, "--max-iterations", "1").code == 1
+    said = orient("plot", fresh, "residuals", "-o", fresh.parent / "x.svg")
+    assert f"It failed: orient show {fresh} resection" in said.err
     said = orient("plot", fresh, "portrait", "-o", fresh.parent / "x.svg")
     assert 'there is no plot "portrait"' in said.err
     assert "Plots are accuracy, budget, ellipses, iterations, residuals, sheet." in said.err

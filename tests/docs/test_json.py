@@ -18,7 +18,7 @@ COMMANDS = {
     "log": [["log", "P", "--json"]],
     "show": [["show", "P", "resection", "--json"], ["show", "P", "control", "--json"]],
     "diff": [["diff", "P", "resection", "1", "2", "--json"]],
-    "sql": [["sql", "P", "residuals", "--json"]],
+    "sql": [["sql", "P", "residuals", "--json"], ["sql", "P", "--list", "--json"]],
     "explain": [["explain", "P", "--json"]],
     "verify": [["verify", "P", "--json"]],
     "plan": [PLAN],

@@ -166,7 +166,7 @@ def test_names_are_no_formulas(tmp_path: Path) -> None:
 
 REFUSED = {
     "no such format": (("shapefile", "-o", "x.shp"), 2, 'there is no format "shapefile"'),
-    "another ending": (("opencv", "-o", "x.txt"), 2, "the name of a opencv file ends in .yml or .yaml or .json"),
+    "another ending": (("opencv", "-o", "x.txt"), 2, "the name of a file for opencv ends in .yml or .yaml or .json"),
     "exists": (("opk", "-o", "there.csv"), 2, "there.csv exists"),
     "no folder": (("opk", "-o", "no/x.csv"), 2, "does not exist"),
     "a package to print": (("gpkg", "-o", "-"), 2, "gpkg cannot be printed"),
