@@ -15,12 +15,13 @@ from orient.geometry.rotation import matrix_from_opk
 ROOT = Path(__file__).parents[1]
 F_MM, SIGMA_MM, SIGMA_M = 153.0, 0.005, 0.05
 RUN = """
-import json, resource, sys, time
+import json, re, sys, time
 from pathlib import Path
 from orient.pipeline.runner import run_stale
 begin = time.perf_counter()
 run_stale(Path(sys.argv[1]), {}, "bench", lambda stage: None, lambda result: None)
-used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+peak = re.search(r"VmHWM:\\s*(\\d+)", Path("/proc/self/status").read_text())  # ru_maxrss would be that of the parent
+used = int(peak[1]) / 1024
 print(json.dumps([time.perf_counter() - begin, used]))
 """
 

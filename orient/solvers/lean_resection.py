@@ -15,8 +15,8 @@ Symmetric = tuple[FloatArray, FloatArray, FloatArray]
 """Elements xx, xy, yy (n,) of n symmetric 2 x 2 matrices."""
 
 POINTS_AT_ONCE = 8192
-LAST_STEP = 1e-4
-"""In standard deviations: what is left after such a step is its square, 1e-8."""
+LAST_STEP = 1e-6
+"""In standard deviations, as in `resection_batch`: Q is that of the place before the last step."""
 LAST_MOVE = 1e-9
 """Of a weighted ground point, in camera distances."""
 

@@ -30,8 +30,8 @@ PHOTOS_AT_ONCE = 4096
 """Photos of a block when the kernel is compiled and holds no products."""
 COMPILED_FROM = 100_000
 """Points of all photos together from which a compiled kernel is worth its loading."""
-LAST_STEP = 1e-4
-"""In standard deviations, of which the square is left: the iteration of a photo ends with a smaller step."""
+LAST_STEP = 1e-5
+"""In standard deviations: the iteration of a photo ends with a smaller step."""
 STARTS_TRIED = 6
 MISFIT = 0.01
 CROSS = np.array([cross_matrix(axis).ravel() for axis in np.eye(3)])

@@ -19,8 +19,7 @@ def test_one_photo_and_the_same_among_many() -> None:
     assert one.converged
     assert many.converged.all()
     sigma_m = np.sqrt(one.vPv / 18 * np.diag(one.Q)[3:])
-    # both end with a step below 1e-4 sigma, of which the square is left
-    assert np.all(np.abs(many.station - one.station) < 1e-7 * sigma_m)
+    assert np.all(np.abs(many.station - one.station) < 1e-8 * sigma_m)
     assert np.all(np.abs(one.station - S.station) < 6 * sigma_m)
 
 

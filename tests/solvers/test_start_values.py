@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from orient.solvers.p3p import three_point_resections
+from orient.solvers.p3p import resections_of_triples, three_point_resections
 from orient.solvers.start_values import camera_rays, distinct, spread_triples, start_candidates
 from tests.solvers.resection_scenes import Scene, any_rotation, generator, looking, scene
 
@@ -42,6 +42,23 @@ def test_p3p_symmetric_triangle_below_the_camera_has_four_solutions() -> None:
     found = three_point_resections(camera_rays(image, 150.0), corners * 1000.0)
     assert len(found) == 4
     assert min(np.max(np.abs(S - [0, 0, 1500.0])) for _, S in found) < 1e-6
+
+
+def test_p3p_of_many_triples_is_that_of_each() -> None:
+    random = generator("test_p3p_of_many_triples")
+    ground = random.normal(size=(40, 3, 3))
+    ground[7] = ground[7, :1] + np.outer([0.0, 1.0, 3.0], ground[7, 1])  # a line
+    rays = ground - [0.1, -0.2, 5.0]
+    rays /= np.linalg.norm(rays, axis=2, keepdims=True)
+    together = resections_of_triples(rays, ground)
+    assert together[7] == []
+    assert {len(found) for found in together} > {1, 2}
+    for one, ray, place in zip(together, rays, ground, strict=True):
+        alone = three_point_resections(ray, place)
+        assert len(one) == len(alone)
+        for (R, S), (R_alone, S_alone) in zip(one, alone, strict=True):
+            assert np.array_equal(R, R_alone)
+            assert np.array_equal(S, S_alone)
 
 
 @pytest.mark.parametrize("collinear", ["image", "ground"])
