@@ -16,7 +16,8 @@ Settings = Mapping[str, str | int | float | bool | None]
 class Columns(Sequence[Row]):
     """Rows of a large table, kept by column: a list or an array of floats for each name, all of one length.
 
-    To a reader it is a sequence of rows like any other; the store takes the columns as they are.
+    A masked array stands for floats of which some are not known. To a reader it is a sequence of rows like any other;
+    the store takes the columns as they are.
     """
 
     __slots__ = ("by_name",)
@@ -34,10 +35,19 @@ class Columns(Sequence[Row]):
     @overload
     def __getitem__(self, place: slice) -> "Columns": ...
     def __getitem__(self, place: int | slice) -> "Row | Columns":
-        part = {name: values[place] for name, values in self.by_name.items()}
         if isinstance(place, slice):
-            return Columns(part)
-        return {name: value.item() if hasattr(value, "item") else value for name, value in part.items()}
+            return Columns({name: values[place] for name, values in self.by_name.items()})
+        place = range(len(self))[place]
+        return {name: as_list(values[place : place + 1])[0] for name, values in self.by_name.items()}
+
+    def at(self, places: Sequence[int]) -> "Columns":
+        """The rows at these places."""
+        return Columns(
+            {
+                name: values[places] if hasattr(values, "dtype") else [values[place] for place in places]
+                for name, values in self.by_name.items()
+            }
+        )
 
     def __iter__(self) -> Iterator[Row]:
         plain = [as_list(values) for values in self.by_name.values()]
