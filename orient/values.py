@@ -1,6 +1,7 @@
 """What travels between the floors: rows, events, outcomes. Imports nothing of orient."""
 
 import hashlib
+from array import array
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, Self, overload
@@ -42,12 +43,7 @@ class Columns(Sequence[Row]):
 
     def at(self, places: Sequence[int]) -> "Columns":
         """The rows at these places."""
-        return Columns(
-            {
-                name: values[places] if hasattr(values, "dtype") else [values[place] for place in places]
-                for name, values in self.by_name.items()
-            }
-        )
+        return Columns({name: _at(values, places) for name, values in self.by_name.items()})
 
     def __iter__(self) -> Iterator[Row]:
         plain = [as_list(values) for values in self.by_name.values()]
@@ -57,6 +53,13 @@ class Columns(Sequence[Row]):
         return isinstance(other, Sequence) and list(self) == list(other)
 
     __hash__ = None  # type: ignore[assignment]
+
+
+def _at(values: Any, places: Sequence[int]) -> Any:
+    if hasattr(values, "dtype"):
+        return values[places]
+    some = [values[place] for place in places]
+    return array(values.typecode, some) if isinstance(values, array) else some
 
 
 def as_list(values: Any) -> Sequence[Scalar]:
