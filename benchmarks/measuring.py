@@ -12,6 +12,7 @@ import numpy as np
 SHORTEST_S = 0.004
 """A candidate is called as often in a row as fills this time."""
 OWN = "orient"
+WALL = time.perf_counter
 
 
 @dataclass(frozen=True)
@@ -21,6 +22,8 @@ class Task:
     The first candidate that is not orient's is the anchor. `target`: the largest allowed ratio of orient to it, None
     for a row that only informs. `tolerance`: how far results may be from the anchor's, relative to the largest number
     of each column; None where they cannot be compared. `growth`: the row's place in the growth plot, (line, size).
+    `clock`: processor time, which other processes on the machine disturb little; `WALL` where files are synced or
+    processes started.
     """
 
     name: str
@@ -29,6 +32,7 @@ class Task:
     tolerance: float | None = 1e-6
     growth: tuple[str, int] | None = None
     note: str = ""
+    clock: Callable[[], float] = time.process_time
 
 
 @dataclass
@@ -70,17 +74,17 @@ def measure(task: Task, rounds: int = 9, budget_s: float = 12.0) -> Timed:
     for number in range(rounds):
         shuffle.shuffle(order)
         for name in order:
-            timed.seconds[name].append(_seconds(task.candidates[name], loops[name]))
+            timed.seconds[name].append(_seconds(task, name, loops[name]))
         if number >= 2 and time.perf_counter() - begin > budget_s:
             break
     return timed
 
 
-def _seconds(call: Callable[[], Any], loops: int) -> float:
-    begin = time.perf_counter()
+def _seconds(task: Task, name: str, loops: int) -> float:
+    call, begin = task.candidates[name], task.clock()
     for _ in range(loops):
         call()
-    return (time.perf_counter() - begin) / loops
+    return (task.clock() - begin) / loops
 
 
 def _apart(results: Mapping[str, Any], anchor: str, tolerance: float | None) -> dict[str, float]:

@@ -10,8 +10,10 @@ from benchmarks.measuring import OWN, Timed, exponent
 HEAD = """# Performance
 
 Made by `make bench`; do not edit. All candidates of a row run interleaved in shuffled rounds on the same inputs, one
-BLAS thread: **the ratios are the result, the times are only this machine's**. Median ratio, quartiles in brackets;
-below 1 orient is faster. *apart*: largest difference of the results, relative to the largest number.
+BLAS thread: **the ratios are the result, the times are only this machine's**. Rows that compute are in processor time;
+rows that start processes or sync files (commands, rows, files) in time on the wall. Median ratio, quartiles in
+brackets; below 1 orient is faster. *apart*: largest difference of the results, relative to the largest number. Targets
+are set in advance, by the limits of the machine and the speed of the peers, not by what was reached.
 
 """
 PACKAGES = (

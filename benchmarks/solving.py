@@ -15,8 +15,8 @@ from orient.solvers.resection import resect
 from orient.solvers.resection_batch import BatchResection, resection_batch
 
 Array = NDArray[np.float64]
-TARGETS = {6: 1.2, 20: 1.2, 100: 1.0, 1000: 0.5, 10_000: 0.3, 100_000: 0.5}
-WEIGHTED = {20: 0.25, 100: 0.06, 1000: None}
+TARGETS = {6: 1.2, 20: 1.2, 100: 1.0, 1000: 0.5, 10_000: 0.3, 100_000: 0.5, 1_000_000: None}
+WEIGHTED = {20: 0.25, 100: 0.06, 1000: 0.07, 10_000: None}
 MANY = 10_000
 
 

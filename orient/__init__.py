@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from orient.door.picture import Picture as Picture
     from orient.door.places import GroundPlaces as GroundPlaces
     from orient.door.places import ImagePlaces as ImagePlaces
+    from orient.door.resections import resection as resection
+    from orient.door.resections import resections as resections
     from orient.door.status import Done as Done
     from orient.door.status import Finding as Finding
     from orient.door.status import Status as Status
@@ -38,6 +40,8 @@ _HOMES = {
     "Status": "orient.door.status",
     "Finding": "orient.door.status",
     "Done": "orient.door.status",
+    "resection": "orient.door.resections",
+    "resections": "orient.door.resections",
     "OrientError": "orient.errors",
     "InputError": "orient.errors",
     "GeometryError": "orient.errors",

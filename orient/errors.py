@@ -23,6 +23,17 @@ class UsageError(OrientError):
     exit_code = 2
 
 
+class NotInstalled(UsageError):
+    """`what` ("plots need") goes before the names of optional packages; the extra has them all."""
+
+    def __init__(self, what: str, packages: Sequence[str], extra: str, otherwise: str = "") -> None:
+        are, them = ("is", "it") if len(packages) == 1 else ("are", "them")
+        super().__init__(
+            f"{what} {', '.join(packages)}, which {are} not installed",
+            f"Install {them}: pip install 'orient[{extra}]'{otherwise}",
+        )
+
+
 class ProjectError(OrientError):
     """The project file is missing, foreign, damaged, locked, read-only or of another version (exit code 3)."""
 

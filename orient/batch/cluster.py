@@ -12,11 +12,11 @@ from typing import Any
 from orient.batch.photo_task import work_through
 from orient.batch.scratch import scratch_folder
 from orient.batch.values import LOST_CODE, Ending, Item, Order, Refusal
-from orient.errors import OrientError, UsageError
+from orient.errors import NotInstalled, OrientError, UsageError
 
 Chunks = Sequence[Sequence[Item]]
 
-INSTALL = "pip install 'orient[batch]', or --workers 0 to work in this process."
+WITHOUT = ", or --workers 0 to work in this process."
 LOOPBACK = "127.0.0.1"
 CLOSE_S, ANSWER_S = 5, 10
 WORKER_DEATHS = 1
@@ -128,7 +128,7 @@ def _distributed() -> Any:
     try:
         import distributed
     except ImportError as error:
-        raise UsageError(f"batch needs the package {error.name} for its workers.", INSTALL) from None
+        raise NotInstalled("the workers of batch need", [str(error.name)], "batch", WITHOUT) from None
     _broken_sockets_are_errors()
     return distributed
 

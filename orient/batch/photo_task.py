@@ -10,7 +10,7 @@ from pathlib import Path
 
 from orient.batch.numbers import ending_of
 from orient.batch.values import Ending, Item, Order
-from orient.errors import OrientError, ProjectError
+from orient.errors import OrientError, UsageError
 from orient.pipeline.runner import create, run_stale_in
 from orient.store.errors import ChangedMeanwhile, Stopped
 from orient.store.project import open_project
@@ -81,7 +81,7 @@ def _make(item: Item, order: Order) -> None:
     inputs = read_project(Path(item.source), order.reading)
     try:
         create(path, inputs, order.reason)
-    except ProjectError:
+    except UsageError:
         if not os.path.lexists(path):
             raise
 

@@ -10,7 +10,7 @@ from typing import Any, Self
 from orient.batch.coordinator import Plan
 from orient.batch.values import Ending, Item
 from orient.batch.work_list import WorkList
-from orient.report.text import console, one_line, printable
+from orient.report.text import console, one_line, print_json, printable
 
 SHOWN = 20
 VERDICTS = ("good", "doubtful", "stale")
@@ -54,7 +54,7 @@ def report(batch_id: int | None, work: WorkList, plan: Plan, tally: Tally, shown
     failures = [*_refused_before(plan), *tally.failed]
     counts = _counts(plan, tally)
     if as_json:
-        print(json.dumps(_content(batch_id, work, counts, failures, shown), indent=2, allow_nan=False))
+        print_json(_content(batch_id, work, counts, failures, shown))
     else:
         _print(batch_id, work, counts, failures, shown)
     return int(bool(failures))

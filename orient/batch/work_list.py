@@ -28,6 +28,10 @@ class WorkList:
 def work_list(places: Sequence[str], pattern: str, recursive: bool, source: str = "") -> WorkList:
     """All photos of the places; with `source`, those of its folders with photo.toml first."""
     made = list(_from_folders(places, source)) if source else []
+    if source and not made:
+        raise UsageError(
+            f"no folder in {source} has a photo.toml.", "Give the folder that holds the folders of the photos."
+        )
     known = [place for place in places if not source or os.path.lexists(place)]
     found = [item for place in known for item in _items_of(place, pattern, recursive)]
     found = [item for item in found if not _is_summary(item.path)]

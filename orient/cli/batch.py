@@ -4,12 +4,10 @@ from typing import Annotated
 
 import typer
 
-from orient.cli.inputs import Decimal, Encoding, IgnoreColumns, read_options
+from orient.cli.inputs import Decimal, Encoding, IgnoreColumns
 from orient.cli.options import AsJson, Reason
-from orient.cli.stages import AllowBallpark, CameraUse, Control, Engine, Reject, Robust, Variance, settings_of
+from orient.cli.settings import AllowBallpark, CameraUse, Control, Engine, Reject, Robust, Variance, settings_of
 from orient.errors import UsageError
-
-MAX_ROWS = 1_000_000
 
 
 def register(app: typer.Typer) -> None:
@@ -68,11 +66,12 @@ def batch(
     """
     from orient.batch.command import Wish, carry_out
     from orient.batch.values import Order
+    from orient.intake.text_file import read_options
 
     if workers is not None and scheduler is not None:
-        raise UsageError("--workers and --scheduler exclude each other.", "A scheduler has its own workers.")
+        raise UsageError("--workers and --scheduler exclude each other", "A scheduler has its own workers.")
     if memory_mib is not None and (scheduler is not None or workers == 0):
-        raise UsageError("--memory-mib is for local workers.", "Limit the others where they are started.")
+        raise UsageError("--memory-mib is for local workers", "Limit the others where they are started.")
     settings = settings_of(
         allow_ballpark=allow_ballpark, reject=reject, robust=robust, control=control, camera=camera,
         variance=variance, engine=engine,
@@ -83,7 +82,7 @@ def batch(
         is_recursive=recursive,
         source=folders or "",
         summary=summary or "",
-        order=Order(settings, message, read_options(decimal, encoding, ignore_columns, MAX_ROWS)),
+        order=Order(settings, message, read_options(decimal, encoding, ignore_columns)),
         workers=workers,
         memory_mib=memory_mib,
         scheduler=scheduler or "",

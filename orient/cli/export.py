@@ -1,14 +1,12 @@
 """The command `export`: the current orientation for another program."""
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from orient.cli.completion import format_names
-from orient.cli.options import ProjectPath, valid_text
+from orient.cli.options import Force, ProjectPath, valid_text
 
-STDOUT = "-"
 LARGEST_PIXEL_MM, LARGEST_MAGNIFICATION = 10.0, 1e9
 
 
@@ -36,7 +34,7 @@ def export(
     output: Annotated[
         str, typer.Option("--output", "-o", metavar="FILE|-", help="Its ending must be one of the format's; - prints.")
     ],
-    force: Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")] = False,
+    force: Force = False,
     crs: Annotated[
         str, typer.Option("--crs", metavar="EPSG:...", callback=valid_text, help="gpkg: instead of the map's own.")
     ] = "",
@@ -72,7 +70,7 @@ def export(
 
     from orient.errors import UsageError
     from orient.export import Options, format_named, make
-    from orient.report.output_file import output_path, write_output
+    from orient.report.output_file import STDOUT, ending_of, output_path, write_output
 
     form = format_named(format_name)
     options = Options(crs, allow_ballpark, magnify, pixel_mm)
@@ -82,9 +80,7 @@ def export(
         for piece in make(project, form, form.endings[0], f"{form.name}{form.endings[0]}", options).content:
             sys.stdout.write(piece.decode("utf-8"))
         return
-    ending = Path(output).suffix.lower()
-    if ending not in form.endings:
-        raise UsageError(f'"{output}": the name of a {form.name} file ends in {" or ".join(form.endings)}')
+    ending = ending_of(output, form.endings, f"file for {form.name}")
     target = output_path(output, project, force)
     made = make(project, form, ending, target.name, options)
     for extra, content in made.beside.items():

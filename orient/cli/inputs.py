@@ -1,15 +1,13 @@
 """Commands that bring data in: new, add."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from orient.cli.completion import from_words, list_names
 from orient.cli.options import Again, ProjectPath, Reason, valid_text
-
-if TYPE_CHECKING:
-    from orient.intake.options import ReadOptions
+from orient.intake.options import MAX_ROWS
 
 Decimal = Annotated[
     str,
@@ -37,7 +35,7 @@ def new(
     decimal: Decimal = "point",
     encoding: Encoding = "utf-8",
     ignore_columns: IgnoreColumns = False,
-    max_rows: MaxRows = 1_000_000,
+    max_rows: MaxRows = MAX_ROWS,
 ) -> None:
     """Make a project from a folder with photo.toml and the lists of points.
 
@@ -45,6 +43,7 @@ def new(
     control.toml, model.csv. Everything is read and checked first; one mistake anywhere, and no file is made.
     """
     from orient.intake.project_folder import read_project
+    from orient.intake.text_file import read_options
     from orient.pipeline.runner import create
     from orient.report.runs import show_inputs
 
@@ -66,11 +65,12 @@ def add(
     decimal: Decimal = "point",
     encoding: Encoding = "utf-8",
     ignore_columns: IgnoreColumns = False,
-    max_rows: MaxRows = 1_000_000,
+    max_rows: MaxRows = MAX_ROWS,
 ) -> None:
     """Add a new version of one list: nothing is overwritten, results that used the old one become stale."""
     from orient.errors import UsageError
     from orient.intake.project_folder import read_input
+    from orient.intake.text_file import read_options
     from orient.pipeline.registry import INPUT_STAGES
     from orient.pipeline.runner import add_input, photo_facts
     from orient.report.runs import show_added
@@ -80,14 +80,3 @@ def add(
     options = read_options(decimal, encoding, ignore_columns, max_rows)
     given = read_input(what, files, options, photo_facts(project))
     show_added(add_input(project, given, message, again))
-
-
-def read_options(decimal: str, encoding: str, ignore_columns: bool, max_rows: int) -> "ReadOptions":
-    from orient.errors import UsageError
-    from orient.intake.options import ReadOptions
-    from orient.intake.text_file import check_encoding
-
-    if decimal not in ("point", "comma"):
-        raise UsageError(f'--decimal is "{decimal}"', "It is point or comma.")
-    check_encoding(encoding)
-    return ReadOptions("comma" if decimal == "comma" else "point", encoding, ignore_columns, max_rows)

@@ -30,6 +30,7 @@ Reason = Annotated[
 ]
 Again = Annotated[bool, typer.Option("--again", help="Compute (or store) again even if nothing has changed.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Answer as JSON, with all digits, for programs.")]
+Force = Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")]
 Language = Annotated[
     str, typer.Option("--language", metavar="en|bg|uk|ru", callback=valid_text, help="Language of the words in it.")
 ]

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from orient.cli.inputs import Decimal, Encoding, IgnoreColumns, MaxRows, read_options
+from orient.cli.inputs import Decimal, Encoding, IgnoreColumns, MaxRows
 from orient.cli.options import AsJson
+from orient.intake.options import MAX_ROWS
 
 if TYPE_CHECKING:
     import numpy as np
@@ -72,12 +73,13 @@ def plan(
     decimal: Decimal = "point",
     encoding: Encoding = "utf-8",
     ignore_columns: IgnoreColumns = False,
-    max_rows: MaxRows = 1_000_000,
+    max_rows: MaxRows = MAX_ROWS,
     as_json: AsJson = False,
 ) -> None:
     """Predict the orientation and the accuracy of the ground from a layout of control, before measuring."""
     from math import radians
 
+    from orient.intake.text_file import read_options
     from orient.report.plan import show_plan
     from orient.solvers import planning
     from orient.solvers.planned_photo import planned_photo

@@ -1,13 +1,11 @@
 """The command `report`: one page that a reviewer accepts."""
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from orient.cli.options import Language, ProjectPath
+from orient.cli.options import Force, Language, ProjectPath
 
-STDOUT = "-"
 HTML, PDF = ".html", ".pdf"
 
 
@@ -21,7 +19,7 @@ def report(
         str, typer.Option("--output", "-o", metavar="FILE.html|FILE.pdf|-", help="The report; - is HTML to the output.")
     ],
     language: Language = "en",
-    force: Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")] = False,
+    force: Force = False,
 ) -> None:
     """Write the report: findings, orientation, residuals, reliability, accuracy, provenance. Needs orient[report].
 
@@ -30,16 +28,13 @@ def report(
     """
     import sys
 
-    from orient.errors import UsageError
     from orient.report.html.render import make_report
-    from orient.report.output_file import output_path, write_output
+    from orient.report.output_file import STDOUT, ending_of, output_path, write_output
 
     if output == STDOUT:
         sys.stdout.buffer.write(make_report(project, language))
         return
-    ending = Path(output).suffix.lower()
-    if ending not in (HTML, PDF):
-        raise UsageError(f'"{output}": the name of a report ends in .html or .pdf')
+    ending = ending_of(output, (HTML, PDF), "report")
     target = output_path(output, project, force)
     if ending == HTML:
         content = make_report(project, language)

@@ -5,9 +5,7 @@ from typing import Annotated
 
 import typer
 
-from orient.cli.options import AsJson, ProjectPath, Reason
-
-Force = Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")]
+from orient.cli.options import AsJson, Force, ProjectPath, Reason
 
 
 def register(app: typer.Typer) -> None:

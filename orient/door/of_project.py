@@ -1,7 +1,6 @@
 """What the door reads from a project, and how its arguments become values of the floors below."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,9 +13,6 @@ from orient.pipeline.photo_model import PhotoModel
 from orient.pipeline.tables import required, single
 from orient.store.project import Project, RunInfo
 from orient.values import Tables
-
-if TYPE_CHECKING:
-    from orient.intake.options import ReadOptions
 
 Array = NDArray[np.float64]
 
@@ -34,17 +30,6 @@ def version_of(project: Project, stage: str, version: int | None) -> RunInfo:
 def stored_frame(tables: Mapping[str, Tables]) -> Frame:
     """The frame of the ground coordinates, from the tables of photo and topocentric."""
     return frame_of(single(tables["topocentric"], "topocentric_frame"), ground_of(single(tables["photo"], "photo")))
-
-
-def read_options(decimal: str, encoding: str) -> "ReadOptions":
-    """How the files of a list are read."""
-    from orient.intake.options import ReadOptions
-    from orient.intake.text_file import check_encoding
-
-    if decimal not in ("point", "comma"):
-        raise UsageError(f'decimal is "{decimal}"', "It is point or comma.")
-    check_encoding(encoding)
-    return ReadOptions("comma" if decimal == "comma" else "point", encoding)
 
 
 def in_mm(model: PhotoModel, xy: Array, system: System) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from orient.door.arguments import covariances_of, for_each, rows_of, sigmas_of, system_of
-from orient.door.of_project import in_mm, read_options, reading_covariance, stored_frame, version_of
+from orient.door.of_project import in_mm, reading_covariance, stored_frame, version_of
 from orient.door.orientation import Orientation, orientation_from
 from orient.door.picture import Picture
 from orient.door.places import GroundPlaces, ImagePlaces
@@ -20,7 +20,7 @@ from orient.pipeline.new_points import in_image, on_ground
 from orient.pipeline.photo_model import STAGES, PhotoModel, photo_model
 from orient.pipeline.registry import BY_NAME, INPUT_STAGES, is_optional
 from orient.report.findings import findings
-from orient.report.plots import BY_NAME as PLOTS
+from orient.report.plots import plot_named
 from orient.report.questions import answered
 from orient.report.status import Standing, standing
 from orient.store.project import Project, RunInfo, open_project
@@ -99,6 +99,7 @@ class Photo:
     def add(self, what: str, *files: PathLike, reason: str, decimal: str = "point", encoding: str = "utf-8") -> Done:
         """A new version of one list - photo, readings, sheet, control, model - from its CSV and TOML files."""
         from orient.intake.project_folder import read_input
+        from orient.intake.text_file import read_options
         from orient.pipeline.runner import add_input, photo_facts
 
         if what not in INPUT_STAGES:
@@ -158,9 +159,7 @@ class Photo:
 
     def plot(self, kind: str) -> Picture:
         """A picture of the current results, by the names of `orient plot`. Needs orient[plot]."""
-        if kind not in PLOTS:
-            raise UsageError(f'there is no plot "{kind}"', f"Plots are {', '.join(PLOTS)}.")
-        return Picture(self.path, kind)
+        return Picture(self.path, plot_named(kind).name)
 
     # ------------------------------------------------------------------------------------------ image and ground
 
@@ -258,6 +257,7 @@ def new(
 ) -> Photo:
     """Make a project from a folder with photo.toml and the lists (docs/input.md); one mistake, and none is made."""
     from orient.intake.project_folder import read_project
+    from orient.intake.text_file import read_options
     from orient.pipeline.runner import create
 
     create(Path(path), read_project(Path(folder), read_options(decimal, encoding)), reason)

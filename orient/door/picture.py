@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from orient.errors import UsageError
-from orient.report.output_file import output_path, write_output
-from orient.report.plots import FORMATS, make_plot
+from orient.report.output_file import ending_of, output_path, write_output
+from orient.report.plots import ENDINGS, make_plot
 
 
 @dataclass(frozen=True)
@@ -30,11 +29,9 @@ class Picture:
     def save(self, path: str | os.PathLike[str], force: bool = False) -> Path:
         """Write FILE.svg or FILE.png; an existing file only with `force`."""
         name = os.fspath(path)
-        format_name = Path(name).suffix.lower().removeprefix(".")
-        if format_name not in FORMATS:
-            raise UsageError(f'"{name}": the name of a picture ends in .svg or .png')
+        ending = ending_of(name, ENDINGS, "picture")
         target = output_path(name, self.project, force)
-        content = self.png if format_name == "png" else self.svg.encode("utf-8")
+        content = self.png if ending == ".png" else self.svg.encode("utf-8")
         write_output(target, content, self.project, force)
         return target
 

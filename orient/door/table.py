@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orient.errors import OrientError, UsageError
+from orient.errors import NotInstalled, UsageError
 
 if TYPE_CHECKING:
     import pandas
@@ -68,7 +68,7 @@ class Table(Mapping[str, NDArray[Any]]):
         try:
             import pandas
         except ImportError:
-            raise OrientError("a data frame needs pandas", "Install it: pip install 'orient[frames]'") from None
+            raise NotInstalled("a data frame needs", ["pandas"], "frames") from None
         return pandas.DataFrame(self._columns)
 
     def __repr__(self) -> str:

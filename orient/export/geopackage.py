@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orient.errors import UsageError
+from orient.errors import NotInstalled
 from orient.export import Format, Made, Options
 from orient.export.elements import covariance_rows
 from orient.export.layer_fields import COVARIANCE_FIELDS, STYLE_FIELDS, Field
@@ -47,7 +47,7 @@ COVARIANCE, STYLES = "orientation_covariance", "layer_styles"
 def make(path: Path, form: Format, ending: str, name: str, options: Options) -> Made:
     """The bytes of the file, made in a folder of its own; the time in it is that of the resection."""
     if find_spec("pyogrio") is None:
-        raise UsageError("a GeoPackage needs pyogrio, which is not installed", "Install it: pip install 'orient[gis]'")
+        raise NotInstalled("a GeoPackage needs", ["pyogrio"], "gis")
     solved = read_solved(path, form)
     system = map_system(solved, options)
     layers = map_layers(solved, system, options.magnify)

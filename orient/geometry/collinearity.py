@@ -7,7 +7,7 @@ P, S, zs in the ground's unit. Partials are of the COMPUTED coordinates: v = A d
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from orient.geometry.rotation import aok_from_matrix, cross_matrix
+from orient.geometry.rotation import aok_from_matrix
 
 Array = NDArray[np.float64]
 
@@ -66,12 +66,24 @@ def partials_rotation(ground: ArrayLike, station: ArrayLike, rotation: ArrayLike
 
     Free of blind views: there is no angle in it. Arguments as in `project`; undefined for zs = 0.
     """
+    return projected_with_partials(ground, station, rotation, f)[1]
+
+
+def projected_with_partials(
+    ground: ArrayLike, station: ArrayLike, rotation: ArrayLike, f: float
+) -> tuple[Array, Array]:
+    """The image coordinates (n, 2) of `project`, and of the same points the (n, 2, 9) of `partials_rotation`."""
     R = np.asarray(rotation, dtype=np.float64)
     image, zs = project(ground, station, R, f)
-    by_station = partials_station(image, zs, R, f)
     arms = np.asarray(ground, dtype=np.float64) - np.asarray(station)
-    by_rotation = -by_station @ cross_matrix(arms)
-    return np.concatenate([by_rotation, by_station, -by_station], axis=-1)
+    partials = np.empty((len(image), 2, 9))
+    partials[..., 3:6] = partials_station(image, zs, R, f)
+    # -a [p]x = p x a, row by row
+    partials[..., 0] = arms[:, None, 1] * partials[..., 5] - arms[:, None, 2] * partials[..., 4]
+    partials[..., 1] = arms[:, None, 2] * partials[..., 3] - arms[:, None, 0] * partials[..., 5]
+    partials[..., 2] = arms[:, None, 0] * partials[..., 4] - arms[:, None, 1] * partials[..., 3]
+    partials[..., 6:] = -partials[..., 3:6]
+    return image, partials
 
 
 def partials_station(image: Array, zs: Array, rotation: Array, f: float) -> Array:

@@ -176,9 +176,10 @@ def solve_position(distortion: Distortion, target: Array, sign: float) -> Array:
     q, step = target.copy(), np.zeros_like(target)
     enough = max(STEP_MM, 4.0 * np.finfo(float).eps * float(np.max(np.abs(target), initial=0.0)))
     for _ in range(MAX_STEPS):
-        d, jacobian = field_of(distortion, q)
-        A = np.eye(2) + sign * jacobian
-        determinant = A[:, 0, 0] * A[:, 1, 1] - A[:, 0, 1] * A[:, 1, 0]
+        with np.errstate(over="ignore", invalid="ignore"):  # of a target far outside every frame; refused below
+            d, jacobian = field_of(distortion, q)
+            A = np.eye(2) + sign * jacobian
+            determinant = A[:, 0, 0] * A[:, 1, 1] - A[:, 0, 1] * A[:, 1, 0]
         bad = ~(np.abs(determinant) > 1e-9)  # also catches nan
         if np.any(bad):
             raise no_inverse(target[int(np.argmax(bad))])

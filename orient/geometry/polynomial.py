@@ -3,6 +3,8 @@
 Terms stand by total degree, powers of u falling: 1, u, v, u^2, uv, v^2, ... The caller centres and scales u and v.
 """
 
+from itertools import accumulate
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -33,7 +35,7 @@ def gradient(u: ArrayLike, v: ArrayLike, degree: int) -> Array:
 def powers(u: ArrayLike, degree: int) -> list[Array]:
     """[1, u, u^2, ..., u^degree], each (n,)."""
     base = np.asarray(u, dtype=np.float64)
-    return [base**j for j in range(degree + 1)]
+    return list(accumulate([base] * degree, np.multiply, initial=np.ones_like(base)))
 
 
 def values(u: ArrayLike, v: ArrayLike, coefficients: Array) -> Array:

@@ -118,8 +118,10 @@ def matrix_from_quaternion(quaternion: ArrayLike) -> Array:
 def cross_matrix(r: ArrayLike) -> Array:
     """[r]x (..., 3, 3) with [r]x p = r x p, of r (..., 3)."""
     x, y, z = np.moveaxis(np.asarray(r, dtype=np.float64), -1, 0)
-    zero = np.zeros_like(x)
-    return np.stack([np.stack([zero, -z, y], -1), np.stack([z, zero, -x], -1), np.stack([-y, x, zero], -1)], -2)
+    S = np.zeros((*x.shape, 3, 3))
+    S[..., 0, 1], S[..., 0, 2], S[..., 1, 2] = -z, y, -x
+    S[..., 1, 0], S[..., 2, 0], S[..., 2, 1] = z, -y, x
+    return S
 
 
 def rotation_exp(r: ArrayLike) -> Array:

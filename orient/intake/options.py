@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Literal
 
+MAX_ROWS = 1_000_000
+
 
 @dataclass(frozen=True, slots=True)
 class ReadOptions:
@@ -11,4 +13,4 @@ class ReadOptions:
     decimal: Literal["point", "comma"] = "point"
     encoding: str = "utf-8"
     ignore_columns: bool = False
-    max_rows: int = 1_000_000
+    max_rows: int = MAX_ROWS

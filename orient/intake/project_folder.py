@@ -113,9 +113,14 @@ def _labelled(files: Sequence[Path]) -> list[tuple[Path, str]]:
 
 
 def _check_folder(directory: Path, findings: Findings) -> None:
-    if not directory.is_dir():
-        findings.path_problem(directory.name or str(directory), "no such folder")
-        findings.raise_problems()
+    name = shown(directory.name or str(directory))
+    if directory.is_file():
+        findings.path_problem(name, "is a file", "Give the folder that holds photo.toml")
+    elif not directory.is_dir():
+        findings.path_problem(name, "no such folder")
+    elif not _is_there(directory / "photo.toml"):
+        findings.path_problem(name, "no photo.toml in this folder", "Give a folder that holds one")
+    findings.raise_problems()
 
 
 def _is_there(path: Path) -> bool:

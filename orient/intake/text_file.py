@@ -12,7 +12,7 @@ from typing import BinaryIO
 
 from orient.errors import UsageError
 from orient.intake.findings import Findings, shown
-from orient.intake.options import ReadOptions
+from orient.intake.options import MAX_ROWS, ReadOptions
 
 CSV_LINE_LIMIT = 10_000
 TOML_LINE_LIMIT = 50_000
@@ -62,6 +62,14 @@ def toml_text(path: Path, file: str, options: ReadOptions, findings: Findings) -
     before = len(findings.problems)
     lines = [text for _, text in _lines(path, file, options, findings, TOML_LINE_LIMIT, _too_large_for_toml)]
     return "\n".join(lines) + "\n" if len(findings.problems) == before else None
+
+
+def read_options(decimal: str, encoding: str, ignore_columns: bool = False, max_rows: int = MAX_ROWS) -> ReadOptions:
+    """What a user said in words; a `UsageError` where they mean nothing."""
+    if decimal not in ("point", "comma"):
+        raise UsageError(f'--decimal is "{decimal}"', "It is point or comma.")
+    check_encoding(encoding)
+    return ReadOptions("comma" if decimal == "comma" else "point", encoding, ignore_columns, max_rows)
 
 
 def check_encoding(encoding: str) -> None:

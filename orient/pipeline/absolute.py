@@ -63,7 +63,8 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     events = [*_unused(inputs["topocentric"], zones), *(event for one in oriented for event in one.events)]
     failures = [one.failed for one in oriented if one.failed is not None]
     if failures:
-        return Outcome(_traces_only(tables), events, error="; ".join(text for text, _ in failures), hint=failures[0][1])
+        error = "; ".join(text.rstrip(".") for text, _ in failures)
+        return Outcome(_traces_only(tables), events, error=error, hint=failures[0][1])
     events += _disagreements(tables.get("model_ground_point", []))
     return Outcome(tables, events, _together([one.summary for one in oriented]))
 

@@ -9,7 +9,7 @@ from orient.geometry.similarity import fixed_axes_from_matrix
 from orient.pipeline.absolute_equations import equation_rows
 from orient.pipeline.absolute_zone import Errors, Zone, known_directions
 from orient.pipeline.frames import Frame
-from orient.pipeline.tables import Array, columns, covariance_columns, named_packed_rows, or_none
+from orient.pipeline.tables import Array, columns, covariance_columns, named, named_packed_rows, or_none
 from orient.solvers.absolute_points import ground_points
 from orient.solvers.absolute_result import AbsoluteIteration, AbsoluteOrientation
 from orient.solvers.absolute_small_angles import SMALL_ANGLE_ELEMENTS, SmallAngleOrientation
@@ -77,10 +77,10 @@ def _orientation_row(
     return {
         "zone": zone.name,
         "frame": frame.kind,
-        **_named(("X_0_m", "Y_0_m", "Z_0_m"), frame.right_handed(found.X0)),
+        **named(("X_0_m", "Y_0_m", "Z_0_m"), frame.right_handed(found.X0)),
         "H": found.H,
         "t": found.t,
-        **_named(QUATERNION, quaternion_from_matrix(found.rotation)),
+        **named(QUATERNION, quaternion_from_matrix(found.rotation)),
         "n_full": words.count("XYZ"),
         "n_plan": words.count("plan"),
         "n_height": words.count("height"),
@@ -151,7 +151,7 @@ def _iteration_row(zone: Zone, number: int, record: AbsoluteIteration) -> Row:
         "vPv": float(record.vPv),
         "max_scaled_step": float(record.max_scaled_step),
         "damping": float(record.damping),
-        **_named(QUATERNION, quaternion_from_matrix(record.rotation)),
+        **named(QUATERNION, quaternion_from_matrix(record.rotation)),
     }
 
 
@@ -187,7 +187,7 @@ def _control_residuals(zone: Zone, found: AbsoluteOrientation, frame: Frame) -> 
             "known": known[row],
             **_by_known(("vX_m", "vY_m", "vZ_m"), gaps[row], known[row], zone.control_up[row]),
             **_by_known(("v_ground_X_m", "v_ground_Y_m", "v_ground_Z_m"), of_ground[row], "XYZ", zone.control_up[row]),
-            **_named(("v_model_x", "v_model_y", "v_model_z"), found.model_residuals[row]),
+            **named(("v_model_x", "v_model_y", "v_model_z"), found.model_residuals[row]),
             **_redundancy(redundancy[row], known[row]),
         }
         for row, point in enumerate(zone.control_points)
@@ -238,9 +238,9 @@ def _alternative_rows(zone: Zone, found: AbsoluteOrientation, frame: Frame) -> R
         {
             "zone": zone.name,
             "number": number,
-            **_named(("X_0_m", "Y_0_m", "Z_0_m"), frame.right_handed(other.X0)),
+            **named(("X_0_m", "Y_0_m", "Z_0_m"), frame.right_handed(other.X0)),
             "H": other.H,
-            **_named(QUATERNION, quaternion_from_matrix(other.rotation)),
+            **named(QUATERNION, quaternion_from_matrix(other.rotation)),
             "tilt_deg": float(np.arccos(np.clip(other.rotation[2, 2], -1.0, 1.0))) * DEGREES_PER_RADIAN,
             "vPv": other.vPv,
             "is_as_good": int(other.is_as_good),
@@ -263,13 +263,9 @@ def _ground_rows(zone: Zone, found: AbsoluteOrientation, frame: Frame, scale: fl
             "zone": zone.name,
             "point": point,
             "role": zone.role(index),
-            **_named(("X_m", "Y_m", "Z_m"), stored[index]),
-            **{key: or_none(value) for key, value in _named(("B_deg", "L_deg", "H_m"), degrees[index]).items()},
+            **named(("X_m", "Y_m", "Z_m"), stored[index]),
+            **{key: or_none(value) for key, value in named(("B_deg", "L_deg", "H_m"), degrees[index]).items()},
             **covariance_columns(None if scale is None else scale * cofactors[index]),
         }
         for index, point in enumerate(zone.points)
     ]
-
-
-def _named(keys: Sequence[str], values: Array) -> dict[str, float]:
-    return dict(zip(keys, (float(value) for value in values), strict=True))

@@ -1,6 +1,6 @@
 """The stages: what each one reads, in which order they run, and their settings. Imports no mathematics."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Protocol, cast
@@ -68,7 +68,7 @@ STAGES = (
     ),
     Stage(
         "digitize",
-        1,
+        2,
         "map points: polynomial of each sheet",
         required=("photo", "sheet"),
         settings={
@@ -101,7 +101,7 @@ STAGES = (
     ),
     Stage(
         "resection",
-        3,
+        4,
         "exterior orientation",
         required=("photo", "refine", "topocentric"),
         optional=("digitize",),
@@ -127,7 +127,7 @@ STAGES = (
     ),
     Stage(
         "covariance",
-        3,
+        4,
         "covariance of ground points, K = C Q C'",
         required=("photo", "refine", "topocentric", "resection"),
         settings={"pairs": False, "map_side": 11, "map_height_sigma_m": 0.0},
@@ -166,6 +166,27 @@ EVIDENCE_TABLES = (
 """Large tables that no stage reads: they prove a result, and nothing is computed from them."""
 FINAL_STAGES = ("resection", "absolute")
 """Stages whose result is the orientation itself."""
+
+
+def missing_lists(name: str, available: Collection[str]) -> list[str]:
+    """Lists that nobody has added, without which `name` cannot be computed; empty where a run is enough."""
+    if name in available:
+        return []
+    if name not in BY_NAME:
+        return [name]
+    stage = BY_NAME[name]
+    ways = [missing_lists(other, available) for other in stage.needs_one_of]
+    shortest = min(ways, key=len, default=[])
+    found = [one for other in stage.required for one in missing_lists(other, available)] + shortest
+    return list(dict.fromkeys(found))
+
+
+def how_to_get(names: Iterable[str], available: Collection[str], project: str = "PROJECT") -> str:
+    """What brings the stages `names`: the list to add first, or a run."""
+    lists = [one for name in names for one in missing_lists(name, available)]
+    if lists:
+        return f"Add the list {lists[0]}: orient add {project} {lists[0]} FILE -m why"
+    return f"Run: orient run {project}"
 
 
 def is_optional(name: str, waits_for: str) -> bool:

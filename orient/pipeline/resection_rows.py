@@ -26,6 +26,7 @@ from orient.pipeline.tables import (
     by_names,
     columns,
     joined,
+    named,
     named_packed_rows,
     nullable,
     or_none,
@@ -203,7 +204,3 @@ def _adjusted_rows(found: Resection, frame: Frame, control: Observations) -> Seq
             **by_names(keys, cofactor[:, UPPER_3[0], UPPER_3[1]]),
         }
     )
-
-
-def named(keys: Sequence[str], values: Array) -> dict[str, float]:
-    return dict(zip(keys, (float(value) for value in values), strict=True))

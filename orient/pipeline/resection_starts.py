@@ -7,8 +7,8 @@ import numpy as np
 
 from orient.geometry.rotation import quaternion_from_matrix
 from orient.pipeline.frames import Frame
-from orient.pipeline.resection_rows import QUATERNION, Rows, named
-from orient.pipeline.tables import Array
+from orient.pipeline.resection_rows import QUATERNION, Rows
+from orient.pipeline.tables import Array, named
 from orient.solvers.resection import Resection
 from orient.solvers.resection_result import End
 from orient.values import Row

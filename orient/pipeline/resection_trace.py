@@ -9,8 +9,8 @@ from orient.geometry.rotation import aok_from_matrix, quaternion_from_matrix, ro
 from orient.pipeline.camera import unit_of
 from orient.pipeline.common_coefficients import CommonCoefficients
 from orient.pipeline.frames import Frame
-from orient.pipeline.resection_rows import ANGLES_AOK, QUATERNION, STATION, Rows, named
-from orient.pipeline.tables import Array
+from orient.pipeline.resection_rows import ANGLES_AOK, QUATERNION, STATION, Rows
+from orient.pipeline.tables import Array, named
 from orient.solvers.camera_unknowns import CameraUnknowns
 from orient.solvers.resection import IterationRecord, Resection
 from orient.units import wrap_half_turn

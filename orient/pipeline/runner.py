@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from orient.errors import OrientError, UsageError
-from orient.pipeline.registry import ABOUT_RUNS, BY_NAME, EVIDENCE_TABLES, IMAGE, STAGES, Stage
+from orient.pipeline.registry import ABOUT_RUNS, BY_NAME, EVIDENCE_TABLES, IMAGE, STAGES, Stage, how_to_get
 from orient.pipeline.setting_values import check_settings
 from orient.store.digest import content_of, input_digest
 from orient.store.project import NewRun, Project, RunInfo, create_project, open_project
@@ -78,7 +78,7 @@ def run_stage(
         stage = BY_NAME[name]
         missing = stage.missing(set(project.heads()))
         if missing:
-            raise OrientError(f"{name} waits for {missing}", _how_to_get(missing))
+            raise OrientError(f"{name} waits for {missing}", how_to_get([name], project.heads()))
         stale = _stale_inputs(project, stage)
         if stale:
             raise OrientError(f"{name} would read {', '.join(stale)}, which is stale", "Run: orient run")
@@ -283,10 +283,3 @@ def _stale_inputs(project: Project, stage: Stage) -> list[str]:
     _, rows = project.query("SELECT stage FROM v_stale WHERE is_stale = 1")
     stale = {row[0] for row in rows}
     return [name for name in stage.inputs if name in stale and name in project.heads()]
-
-
-def _how_to_get(missing: str) -> str:
-    first = missing.split(", ")[0].split(" or ")[0]
-    if first in BY_NAME:
-        return "Run: orient run"
-    return f"Add it with: orient add PROJECT {first} FILE -m why"

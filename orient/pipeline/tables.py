@@ -43,6 +43,11 @@ def by_names(names: Sequence[str], values: Array) -> dict[str, Array]:
     return dict(zip(names, values.T, strict=True))
 
 
+def named(keys: Sequence[str], values: Array) -> dict[str, float]:
+    """Columns with the values of an array."""
+    return dict(zip(keys, (float(value) for value in values), strict=True))
+
+
 def joined(parts: Sequence[Mapping[str, Any]]) -> Columns:
     """One table from parts of it by column, all with the same names."""
     return Columns({name: _end_to_end([part[name] for part in parts]) for name in parts[0]})

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from orient.errors import OrientError
+from orient.errors import NotInstalled, OrientError
 from orient.report.audit_metadata import DATABASE, metadata
 from orient.report.text import console, printable
 
@@ -66,7 +66,7 @@ def require_datasette() -> None:
     try:
         import datasette.app  # noqa: F401
     except ImportError:
-        raise OrientError("the audit server needs Datasette", "Install it: pip install 'orient[audit]'") from None
+        raise NotInstalled("the audit server needs", ["Datasette"], "audit") from None
 
 
 def datasette_app(copy: Path, about: tuple[str, str], how: Served) -> App:

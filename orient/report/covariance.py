@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from orient.report.text import cell
+from orient.report.text import cell, number
 from orient.values import Row, Tables
 
 MICROMETRES = 1000.0
@@ -36,7 +36,7 @@ def plan_sigma(row: Row) -> float | None:
     """sqrt((sigma_X^2 + sigma_Y^2)/2) [m] of a row of the map or of a point; None where there is no ground."""
     if row["sigma_X_m"] is None or row["sigma_Y_m"] is None:
         return None
-    return math.sqrt((_number(row["sigma_X_m"]) ** 2 + _number(row["sigma_Y_m"]) ** 2) / 2)
+    return math.sqrt((number(row["sigma_X_m"]) ** 2 + number(row["sigma_Y_m"]) ** 2) / 2)
 
 
 def _map_lines(rows: Sequence[Row]) -> list[str]:
@@ -54,7 +54,7 @@ def _map_lines(rows: Sequence[Row]) -> list[str]:
 
 
 def _place(row: Row) -> str:
-    return f"x {_number(row['x_mm']):.4g}, y {_number(row['y_mm']):.4g} mm"
+    return f"x {number(row['x_mm']):.4g}, y {number(row['y_mm']):.4g} mm"
 
 
 # ---------------------------------------------------------------------------------------------- seed 003
@@ -69,9 +69,9 @@ def _seed_lines(tables: Tables) -> list[str]:
             f"The formulas of seed 003 do not apply to this photo: {why}.",
             "Nothing is computed by them; every number here is rigorous.",
         ]
-    apart = _number(next(row["value"] for row in conditions if str(row["condition"]).startswith("sigmas by (3)")))
+    apart = number(next(row["value"] for row in conditions if str(row["condition"]).startswith("sigmas by (3)")))
     sums = tables["focal_sum"]
-    largest, left = (max(abs(_number(row[name])) for row in sums) for name in ("focal_largest", "focal_sum"))
+    largest, left = (max(abs(number(row[name])) for row in sums) for name in ("focal_largest", "focal_sum"))
     return [
         "Near-vertical, flat, control without errors: the formulas of seed 003 apply, and their sigmas of the "
         f"orientation agree with the adjustment within {100 * apart:.2g} %.",
@@ -82,17 +82,17 @@ def _seed_lines(tables: Tables) -> list[str]:
 
 
 def _why(row: Row) -> str:
-    return f"{row['condition']} {_short(_number(row['value']))}, at most {_number(row['limit_value']):g}"
+    return f"{row['condition']} {_short(number(row['value']))}, at most {number(row['limit_value']):g}"
 
 
 def _layout_lines(conditions: Sequence[Row], cofactors: Sequence[Row]) -> list[str]:
     """Which closed form the layout allows, or the conditions that forbid it."""
     violated = [row for row in conditions if row["needed_for"] != NORMAL_CASE and not row["is_met"]]
-    names = ", ".join(f"{row['condition']} = {_number(row['value']):.3g}" for row in violated)
+    names = ", ".join(f"{row['condition']} = {number(row['value']):.3g}" for row in violated)
     if any(row["needed_for"] == SEPARATION for row in violated):
         return [f"The layout is not symmetric, so there is no closed form (8)-(10): per point {names}, should be 0."]
     diagonal = [row for row in cofactors if row["i"] == row["j"]]
-    ratios = [_number(row["closed_form"]) / _whole(row) for row in diagonal]
+    ratios = [number(row["closed_form"]) / _whole(row) for row in diagonal]
     apart = max(abs(math.sqrt(ratio) - 1) for ratio in ratios)
     if violated:
         return [
@@ -104,16 +104,16 @@ def _layout_lines(conditions: Sequence[Row], cofactors: Sequence[Row]) -> list[s
 
 
 def _whole(row: Row) -> float:
-    return _number(row["by_focal_length"]) + _number(row["by_layout"])
+    return number(row["by_focal_length"]) + number(row["by_layout"])
 
 
 def _advice(uses: Sequence[Row]) -> list[str]:
     if not uses:
         return ["The elements of the camera are unknowns too: use the full covariance matrix of all of them."]
     by_name = {str(row["elements"]): row for row in uses}
-    right = _number(by_name["six elements"]["sigma_m"])
+    right = number(by_name["six elements"]["sigma_m"])
     others = "; ".join(
-        f"{use} {_short(_number(by_name[use]['sigma_m']))} m (x {_short(_number(by_name[use]['factor']))})"
+        f"{use} {_short(number(by_name[use]['sigma_m']))} m (x {_short(number(by_name[use]['factor']))})"
         for use in SHOWN_USES
     )
     return [
@@ -128,11 +128,11 @@ def _advice(uses: Sequence[Row]) -> list[str]:
 
 def _maps(rows: Sequence[Row]) -> list[Shown]:
     """The frame as one sees it, on the ground and in the scale of the image; a dash for the sky."""
-    side = max(int(_number(row["line"])) for row in rows)
+    side = max(int(number(row["line"])) for row in rows)
     step = math.ceil((side - 1) / (SHOWN_SIDE - 1)) or 1
     lines = [[row for row in rows if row["line"] == line] for line in range(1, side + 1)]
     chosen = [line[::step] for line in lines[::step]]
-    headers = ["y \\ x mm", *(f"{_number(row['x_mm']):.1f}" for row in chosen[0])]
+    headers = ["y \\ x mm", *(f"{number(row['x_mm']):.1f}" for row in chosen[0])]
     of_ground = [[_tick(line), *(_short(plan_sigma(row)) for row in line)] for line in chosen]
     of_image = [[_tick(line), *(_short(_in_image(row)) for row in line)] for line in chosen]
     formula = "sqrt((sX^2 + sY^2)/2)"
@@ -143,22 +143,20 @@ def _maps(rows: Sequence[Row]) -> list[Shown]:
 
 
 def _tick(line: Sequence[Row]) -> str:
-    return f"{_number(line[0]['y_mm']):.1f}"
+    return f"{number(line[0]['y_mm']):.1f}"
 
 
 def _in_image(row: Row) -> float | None:
     if row["sigma_x_mm"] is None:
         return None
-    return MICROMETRES * math.sqrt((_number(row["sigma_x_mm"]) ** 2 + _number(row["sigma_y_mm"]) ** 2) / 2)
+    return MICROMETRES * math.sqrt((number(row["sigma_x_mm"]) ** 2 + number(row["sigma_y_mm"]) ** 2) / 2)
 
 
 def _pairs(tables: Tables, most: int) -> list[Shown]:
     """Pairs with their correlation, the strongest first."""
     if not tables.get("ground_covariance_pair"):
         return []
-    sigmas = {
-        row["point"]: (_number(row["sigma_X_m"]), _number(row["sigma_Y_m"])) for row in tables["ground_covariance"]
-    }
+    sigmas = {row["point"]: (number(row["sigma_X_m"]), number(row["sigma_Y_m"])) for row in tables["ground_covariance"]}
     found = []
     for row in tables["ground_covariance_pair"]:
         (X_i, Y_i), (X_j, Y_j) = sigmas[row["point_i"]], sigmas[row["point_j"]]
@@ -169,7 +167,7 @@ def _pairs(tables: Tables, most: int) -> list[Shown]:
         [
             cell(row["point_i"]),
             cell(row["point_j"]),
-            *(_short(_number(row[part])) for part in parts),
+            *(_short(number(row[part])) for part in parts),
             f"{in_X:.3f}",
             f"{in_Y:.3f}",
         ]
@@ -180,7 +178,7 @@ def _pairs(tables: Tables, most: int) -> list[Shown]:
 
 
 def _ratio(covariance: object, product: float) -> float:
-    return _number(covariance) / product if product > 0 else 0.0
+    return number(covariance) / product if product > 0 else 0.0
 
 
 def _cofactors(rows: Sequence[Row]) -> Shown:
@@ -188,10 +186,10 @@ def _cofactors(rows: Sequence[Row]) -> Shown:
     largest = max(abs(_whole(row)) for row in rows)
     cells = [
         [f"{row['unknown_i']}, {row['unknown_j']}"]
-        + [_short(_number(row[part])) for part in ("by_focal_length", "by_layout")]
-        + [_short(None if row["closed_form"] is None else _number(row["closed_form"]))]
+        + [_short(number(row[part])) for part in ("by_focal_length", "by_layout")]
+        + [_short(None if row["closed_form"] is None else number(row["closed_form"]))]
         for row in rows
-        if max(abs(_number(row["by_focal_length"])), abs(_number(row["by_layout"]))) > NEGLIGIBLE * largest
+        if max(abs(number(row["by_focal_length"])), abs(number(row["by_layout"]))) > NEGLIGIBLE * largest
     ]
     return "Cofactors of seed 003, Q = Q^(f,c) + Q^(xi,eta)", ["element", "Q^(f,c)", "Q^(xi,eta)", "(8)-(10)"], cells
 
@@ -201,8 +199,8 @@ def _sums(rows: Sequence[Row], most: int) -> Shown:
         [
             cell(row["point"]),
             str(row["axis"]),
-            f"{_number(row['focal_sum']):.0e}",
-            *(_short(_number(row[name])) for name in ("focal_largest", "layout_sum", "rigorous")),
+            f"{number(row['focal_sum']):.0e}",
+            *(_short(number(row[name])) for name in ("focal_largest", "layout_sum", "rigorous")),
         ]
         for row in rows[:most]
     ]
@@ -215,8 +213,8 @@ def _conditions(rows: Sequence[Row]) -> Shown:
         [
             str(row["condition"]),
             str(row["needed_for"]),
-            _short(None if row["value"] is None else _number(row["value"])),
-            f"{_number(row['limit_value']):g}",
+            _short(None if row["value"] is None else number(row["value"])),
+            f"{number(row['limit_value']):g}",
             "yes" if row["is_met"] else "no",
         ]
         for row in rows
@@ -227,8 +225,8 @@ def _conditions(rows: Sequence[Row]) -> Shown:
 def _uses(rows: Sequence[Row]) -> Shown:
     cells = [
         [str(row["elements"])]
-        + [_short(_number(row[name])) for name in ("sigma_m", "factor", "factor_least", "factor_most")]
-        for row in sorted(rows, key=lambda row: abs(math.log(_number(row["factor"]) or math.inf)))
+        + [_short(number(row[name])) for name in ("sigma_m", "factor", "factor_least", "factor_most")]
+        for row in sorted(rows, key=lambda row: abs(math.log(number(row["factor"]) or math.inf)))
     ]
     headers = ["elements used", "sigma m", "factor", "least", "most"]
     return "Ground sigma of the orientation if less of Q were used", headers, cells
@@ -239,9 +237,3 @@ def _short(value: float | None) -> str:
     if value is None:
         return cell(None)
     return f"{value:.4g}" if abs(value) < 1e4 else f"{value:,.0f}"
-
-
-def _number(value: object) -> float:
-    if not isinstance(value, int | float):
-        raise TypeError(f"a number was expected, not {value!r}")
-    return float(value)

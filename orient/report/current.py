@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from orient.errors import OrientError, UsageError
+from orient.pipeline.registry import how_to_get
 from orient.report.findings import Finding
 from orient.values import Tables
 
@@ -58,7 +59,9 @@ def fresh_heads(
     heads, path = project.heads(), project.path
     missing = [stage for stage in stages if stage not in heads]
     if missing:
-        raise UsageError(f"{what} needs {', '.join(missing)}", f"Run: orient run {path}")
+        failed = next((stage for stage in missing if project.runs(stage)), "")
+        hint = f"It failed: orient show {path} {failed}" if failed else how_to_get(missing, heads, str(path))
+        raise UsageError(f"{what} needs {', '.join(missing)}", hint)
     read = [*stages, *(stage for stage in with_ if stage in heads)]
     stale = _stale(project)
     if stale.intersection(read):

@@ -1,10 +1,9 @@
 """`diff STAGE A B`: settings, inputs, rows and numbers that differ between two versions."""
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from orient.report.text import cell, console, print_table
+from orient.report.text import cell, console, print_json, print_table
 from orient.store.project import Project, RunInfo, open_project
 from orient.values import Row, Scalar
 
@@ -33,7 +32,7 @@ def show_diff(path: Path, stage: str, first: int, second: int, as_json: bool) ->
     for name in dict.fromkeys([*old, *new]):
         found += _rows(name, keys[name], old.get(name, []), new.get(name, []))
     if as_json:
-        print(json.dumps(found, indent=2, allow_nan=False))
+        print_json(found)
         return
     if not found:
         console().print(f"{stage} versions {first} and {second} hold the same numbers.")

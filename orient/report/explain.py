@@ -1,6 +1,5 @@
 """`explain`: one iteration of the resection as a page of a textbook, to be followed by hand to the printed digits."""
 
-import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -8,11 +7,11 @@ import numpy as np
 
 from orient.errors import UsageError
 from orient.geometry.rotation import aok_from_matrix, rotation_exp
-from orient.pipeline.registry import ALL_STAGES
+from orient.pipeline.registry import ALL_STAGES, how_to_get
 from orient.pipeline.tables import Array
 from orient.pipeline.textbook import Page, page
 from orient.report.matrix import matrix_lines
-from orient.report.text import cell, console, print_table, printable
+from orient.report.text import cell, console, print_json, print_table, printable
 from orient.solvers.textbook import Group, Step, as_printed, textbook_step
 from orient.store.project import RunInfo, open_project
 from orient.units import DEGREES_PER_RADIAN
@@ -34,7 +33,8 @@ def explain(path: Path, stage: str, iteration: int, version: int | None, digits:
         run = project.run("resection", version) if version else project.heads().get("resection")
         if run is None:
             last = project.runs("resection")[-1:]
-            hint = f"Run: orient run {path}" if not last else f"See a failed one: --version {last[0].version}"
+            hint = how_to_get(["resection"], project.heads(), str(path))
+            hint = f"See a failed one: --version {last[0].version}" if last else hint
             raise UsageError("resection has no current version", hint)
         inputs = {role: project.read_tables(run_id) for role, run_id in run.inputs.items()}
         stored = project.read_tables(run.run_id)
@@ -42,7 +42,7 @@ def explain(path: Path, stage: str, iteration: int, version: int | None, digits:
     count = len(stored["iteration"])
     name = str(inputs["photo"]["photo"][0]["name"])
     if as_json:
-        print(json.dumps(_content(run, found, iteration, count), indent=2, allow_nan=False))
+        print_json(_content(run, found, iteration, count))
         return
     step = textbook_step([*found.groups, *found.prior_groups], digits)
     out = console()

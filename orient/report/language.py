@@ -13,7 +13,7 @@ from functools import cache
 from importlib.resources import files
 from importlib.util import find_spec
 
-from orient.errors import UsageError
+from orient.errors import NotInstalled, UsageError
 
 ENGLISH = "en"
 LANGUAGES = {"en": "English", "bg": "Български", "uk": "Українська", "ru": "Русский"}
@@ -47,9 +47,7 @@ def speaking(language: str) -> Iterator[None]:
     if language not in LANGUAGES:
         raise UsageError(f'there is no language "{language}"', f"Languages are {', '.join(LANGUAGES)}.")
     if language != ENGLISH and find_spec("babel") is None:
-        raise UsageError(
-            "other languages need babel, which is not installed", "Install it: pip install 'orient[report]'"
-        )
+        raise NotInstalled("other languages need", ["babel"], "report")
     token = _spoken.set(language)
     try:
         yield

@@ -2,28 +2,25 @@
 
 import os
 import stat
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from orient.errors import OrientError, UsageError
 from orient.store.errors import ReadOnly
-from orient.store.new_file import LONGEST_NAME, SIDE_FILES, give_name, temporary_file
+from orient.store.new_file import SIDE_FILES, give_name, name_in_folder, temporary_file
 
+STDOUT = "-"
+"""Instead of a name: the standard output."""
 NOTHING = "Nothing was written; choose another folder."
 
 
 def output_path(text: str, project: Path, force: bool) -> Path:
-    """The absolute path of a file that may be written; links are not followed. `UsageError` says why it may not.
+    """The absolute path of a file that may be written; a `UsageError` says why it may not.
 
-    Call it before anything is computed. The project, its side files, folders and devices are refused even with force.
+    Call it before anything is computed. A link is replaced, never written through. The project, its side files, folders
+    and devices are refused even with force.
     """
-    if not text or "\0" in text:
-        raise UsageError("the name of the output is empty or contains a zero byte", "Give the name of a file.")
-    target = Path(os.path.abspath(text))  # noqa: PTH100  (a link is replaced, never written through)
-    if len(os.fsencode(target.name)) > LONGEST_NAME:
-        raise UsageError(f"the name {target.name[:40]}... is too long", "Give a shorter one.")
-    if not target.parent.is_dir():
-        raise UsageError(f"the folder {target.parent} does not exist", "Create it first.")
+    target = name_in_folder(text, "the output")
     if _is_own_input(target, project):
         raise UsageError(f"{text}: the output would overwrite its own input", "Give another name.")
     if not os.path.lexists(target):
@@ -34,6 +31,14 @@ def output_path(text: str, project: Path, force: bool) -> Path:
     if not force:
         raise UsageError(f"{text} exists", "Use --force, or give another name.")
     return target
+
+
+def ending_of(name: str, endings: Sequence[str], what: str) -> str:
+    """The ending of the name, in small letters; a `UsageError` unless it is one of those that `what` may have."""
+    ending = Path(name).suffix.lower()
+    if ending not in endings:
+        raise UsageError(f'"{name}": the name of a {what} ends in {" or ".join(endings)}')
+    return ending
 
 
 def write_output(target: Path, content: bytes | Iterable[bytes], project: Path, force: bool) -> None:

@@ -1,12 +1,11 @@
 """`plan`: what to know first, then elements, correlations, ground accuracy, the worth of each point, the layout."""
 
-import json
 import math
 from collections.abc import Sequence
 
 import numpy as np
 
-from orient.report.text import console, one_line, print_table
+from orient.report.text import console, one_line, print_json, print_table
 from orient.solvers.control_effects import Effect
 from orient.solvers.functional_iteration import WEAK_CORRELATION, WEAK_RATIO
 from orient.solvers.ground_covariance import Ellipse, error_ellipse
@@ -28,7 +27,7 @@ SHIFT_AND_TILT = ({"X_S", "alpha"}, {"Y_S", "omega"}, {"X_S", "phi"})
 def show_plan(plan: Plan, layout: str, tilt_deg: float, as_json: bool) -> None:
     """Print the plan; `layout` says in words what was planned."""
     if as_json:
-        print(json.dumps(_content(plan, layout, tilt_deg), indent=2, allow_nan=False))
+        print_json(_content(plan, layout, tilt_deg))
         return
     out = console()
     for line in [*_head(plan, layout, tilt_deg), *(f"  note: {note}" for note in notes(plan))]:

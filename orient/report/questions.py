@@ -1,6 +1,5 @@
 """Ready-made questions to a project file, and answers as table, CSV or JSON."""
 
-import json
 import math
 import re
 import sys
@@ -12,7 +11,7 @@ from orient.errors import UsageError
 from orient.report.audit_questions import AUDIT_QUESTIONS
 from orient.report.csv_text import csv_pieces
 from orient.report.question import Question, filled, filled_sql
-from orient.report.text import console, print_answer, print_table
+from orient.report.text import console, print_answer, print_json, print_table
 from orient.values import Scalar
 
 if TYPE_CHECKING:
@@ -149,7 +148,7 @@ def answer(path: Path, question: str, as_csv: bool, as_json: bool, raw: bool, gi
         columns, rows = answered(project, question, given)
     if as_json:
         objects = [dict(zip(columns, map(_for_json, row), strict=True)) for row in rows]
-        print(json.dumps(objects, indent=2, allow_nan=False))
+        print_json(objects)
     elif as_csv:
         sys.stdout.writelines(csv_pieces(columns, rows, raw))
     elif not rows:

@@ -62,7 +62,7 @@ def _exclusions(rows: Sequence[Row]) -> Shown:
 def _observations(rows: Sequence[Row], most: int) -> Shown:
     """MDB is the smallest error that the test finds with power 0.80."""
     ranked = nsmallest(most, rows, key=_place)
-    title = "Reliability: smallest error (MDB) found with 80 %, and its effect if it is not found"
+    title = "Reliability: smallest error (MDB) found with 80 %; its effect if it is not found"
     if any(row["unit"] == MODEL for row in rows):
         title += "\nX Y Z: given on the ground; x y z: of the model, in its own units"
     if len(rows) > most:

@@ -1,6 +1,5 @@
 """`seal` and `image`: what the sealed file holds, and the way of the image out of a project."""
 
-import json
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -9,21 +8,21 @@ from orient.errors import OrientError, UsageError
 from orient.pipeline.registry import IMAGE
 from orient.pipeline.seal import Request, Sealed, seal
 from orient.report.check import counted
-from orient.report.output_file import output_path, write_output
-from orient.report.text import console, printable
+from orient.report.output_file import STDOUT, output_path, write_output
+from orient.report.text import console, print_json, printable
 from orient.store.project import Project, RunInfo, open_project
 from orient.values import Row
-
-STDOUT = "-"
 
 
 def show_sealed(path: Path, output: str, request: Request, as_json: bool) -> None:
     """Seal a project and print the manifest."""
+    if output == STDOUT:
+        raise UsageError("a sealed project is a file, not a stream", "Give the name of a file: -o FILE")
     target = output_path(output, path, request.force)
     with counted("runs examined") as progress:
         done = seal(path, target, request, progress)
     if as_json:
-        print(json.dumps(_content(done), indent=2, allow_nan=False))
+        print_json(_content(done))
         return
     for line in _lines(done):
         console().print(printable(line), soft_wrap=True)

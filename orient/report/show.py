@@ -1,12 +1,11 @@
 """`show STAGE`: findings first, then the numbers, for a person; or everything as JSON."""
 
-import json
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
 from orient.errors import UsageError
-from orient.pipeline.registry import ABOUT_RUNS, ALL_STAGES, BY_NAME, EVIDENCE, FINAL_STAGES, IMAGE, MANIFEST
+from orient.pipeline.registry import ABOUT_RUNS, ALL_STAGES, EVIDENCE, FINAL_STAGES, IMAGE, MANIFEST, how_to_get
 from orient.report.absolute import absolute_lines, absolute_tables, absolute_zones
 from orient.report.budget import budget_lines, budget_tables
 from orient.report.covariance import covariance_lines, covariance_tables
@@ -15,7 +14,7 @@ from orient.report.findings import findings, later_failures, print_findings
 from orient.report.orientation import Shown, iteration_table, orientation_lines, orientation_tables
 from orient.report.reliability import reliability_tables, test_lines
 from orient.report.sections import SECTIONS, Section
-from orient.report.text import cell, console, print_table, printable
+from orient.report.text import cell, console, print_json, print_table, printable
 from orient.report.verify import known_verdicts, verified_line
 from orient.store.project import Project, RunInfo, open_project
 from orient.values import Row, Tables
@@ -35,10 +34,11 @@ def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bo
         stage = stage or _final_stage(project)
         run = project.run(stage, version) if version else project.heads().get(stage) or _last(project, stage)
         if run is None:
-            raise UsageError(f"{stage} has no current version", _remedy(stage, path))
+            raise UsageError(f"{stage} has no current version", _remedy(stage, path, project.heads()))
         tables = project.read_columns(run.run_id, () if as_json else NOT_SHOWN)
         events = project.events(run.run_id)
         verdict = next((row for row in known_verdicts(project) if _is_about(row, run)), None)
+        stale = _why_stale(project, run)
         later = [] if version else [finding for finding in later_failures(project) if finding.stage == stage]
     if as_json:
         events_shown = [asdict(event) for event in events]
@@ -48,10 +48,13 @@ def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bo
             "tables": {name: list(rows) for name, rows in tables.items()},
             "verification": verdict,
             "later_failures": findings_as_json(later),
+            "stale": stale,
         }
-        print(json.dumps(content, indent=2, allow_nan=False))
+        print_json(content)
         return run.status == "succeeded"
     _print_head(run)
+    if stale:
+        console().print(f"  OUT OF DATE: {printable(stale)}; run: orient run {printable(str(path))}", soft_wrap=True)
     if verdict is not None:
         console().print(f"  {printable(verified_line(verdict))}", soft_wrap=True)
     print_findings([*later, *findings(run.stage, events)])
@@ -85,17 +88,24 @@ def _is_about(verdict: Row, run: RunInfo) -> bool:
     return (verdict["stage"], verdict["version"]) == (run.stage, run.version)
 
 
+def _why_stale(project: Project, run: RunInfo) -> str:
+    """Why the current version of a stage is no result of today's inputs; empty for all that is."""
+    asked = "SELECT why FROM v_stale WHERE is_stale AND stage = ? AND version = ?"
+    rows = project.query(asked, (run.stage, run.version))[1]
+    return str(rows[0][0]) if rows else ""
+
+
 def _last(project: Project, stage: str) -> RunInfo | None:
     """The last run of a stage that never succeeded."""
     return next(iter(project.runs(stage)[-1:]), None)
 
 
-def _remedy(stage: str, path: Path) -> str:
+def _remedy(stage: str, path: Path, available: Collection[str]) -> str:
     if stage == EVIDENCE:
         return f"Run: orient verify {path}"
     if stage in (IMAGE, MANIFEST):
         return f"Run: orient seal {path} -o SEALED --image FILE"
-    return f"Run: orient run {path}" if stage in BY_NAME else f"Add it: orient add {path} {stage} FILE -m why"
+    return how_to_get([stage], available, str(path))
 
 
 def _print_head(run: RunInfo) -> None:

@@ -1,6 +1,5 @@
 """`status` and `log`. Both must start fast: nothing here imports NumPy, Alembic or the models."""
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +17,7 @@ from orient.report.findings import (
     verdict,
 )
 from orient.report.findings import as_json as findings_as_json
-from orient.report.text import cell, console, print_table, printable
+from orient.report.text import cell, console, print_json, print_table, printable
 from orient.report.verify import known_verdicts, status_line
 from orient.store.project import open_project
 from orient.values import Scalar
@@ -73,7 +72,7 @@ def show_status(path: Path, as_json: bool) -> None:
             "stages": now.stages,
             "verification": now.verified,
         }
-        print(json.dumps(content, indent=2, allow_nan=False))
+        print_json(content)
         return
     out = console()
     out.print(f"{printable(str(path))}: {now.verdict.sentence}")
@@ -139,7 +138,7 @@ def show_log(path: Path, as_json: bool) -> None:
     with open_project(path, "read") as project:
         columns, rows = project.query(LOG)
     if as_json:
-        print(json.dumps([dict(zip(columns, row, strict=True)) for row in rows], indent=2, allow_nan=False))
+        print_json([dict(zip(columns, row, strict=True)) for row in rows])
         return
     shown = [[cell(value) for value in row] for row in _without_own_selections(rows)]
     print_table(list(columns), shown, [column == "version" for column in columns])

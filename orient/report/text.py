@@ -1,5 +1,6 @@
 """Plain text for people: terminal-safe strings, and tables by rich that survive without colour and Unicode."""
 
+import json
 import re
 import sys
 from collections.abc import Sequence
@@ -45,6 +46,11 @@ def number(value: object) -> float:
     if not isinstance(value, int | float):
         raise TypeError(f"a number was expected, not {value!r}")
     return float(value)
+
+
+def print_json(content: object) -> None:
+    """For programs: with all digits; docs/json.md lists the keys."""
+    print(json.dumps(content, indent=2, allow_nan=False))
 
 
 def console() -> "Console":

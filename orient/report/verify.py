@@ -1,12 +1,11 @@
 """`verify`: what was found about each run, line by line, then the verdict; and what other commands say of it."""
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from orient.errors import OrientError
-from orient.report.text import console, printable
+from orient.report.text import console, print_json, printable
 from orient.values import Scalar
 
 if TYPE_CHECKING:
@@ -161,7 +160,7 @@ def _print_json(done: "Verification") -> None:
         ],
         "tables": evidence(done).tables,
     }
-    print(json.dumps(content, indent=2, allow_nan=False))
+    print_json(content)
 
 
 # ---------------------------------------------------------------------------------------------- told by others

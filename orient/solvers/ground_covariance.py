@@ -16,6 +16,8 @@ from orient.geometry.collinearity import image_ray, partials_rotation
 FloatArray = NDArray[np.float64]
 
 GRAZING_SINE = 1e-6
+POINTS_AT_ONCE = 4096
+"""Points whose intermediate numbers stay in the processor's cache."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,14 +86,32 @@ def ray_at_height_jacobians(
     `points` (n, 3) on their rays (`ray_at_height`), `up` (n, 3) unit verticals. Elements e = (r, X_S, Y_S, Z_S) with
     R_new = exp([r]x) R. Source: seed 003, equations (1)-(2), without its assumption of a vertical photo.
     """
+    found = RayJacobians(*(np.empty((len(points), 3, *last)) for last in ((6,), (2,), ())))
+    for begin in range(0, len(points), POINTS_AT_ONCE):
+        part = slice(begin, begin + POINTS_AT_ONCE)
+        found.C[part], found.J[part], found.h[part] = _jacobians(points[part], station, rotation, f_mm, up[part])
+    return found
+
+
+def _jacobians(
+    points: FloatArray, station: FloatArray, rotation: FloatArray, f_mm: float, up: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """M = (b x n, n x a, a x b) / a . (b x n) of the rows a, b of A_P: C, J, h."""
     partials = partials_rotation(points, station, rotation, f_mm)
-    system = np.concatenate([partials[:, :, 6:], up[:, None, :]], axis=1)
-    with np.errstate(invalid="ignore"):
+    a, b, n = partials[:, 0, 6:].T, partials[:, 1, 6:].T, up.T
+    with np.errstate(invalid="ignore", divide="ignore"):
         rays = points - station
         level = ~(np.abs(np.sum(up * rays, axis=1)) > GRAZING_SINE * np.linalg.norm(rays, axis=1))
-    M = np.linalg.inv(np.where(level[:, None, None], np.eye(3), system))
-    M[level] = np.nan
-    return RayJacobians(-M[:, :, :2] @ partials[:, :, :6], M[:, :, :2], M[:, :, 2])
+        columns = _cross(b, n), _cross(n, a), _cross(a, b)
+        M = np.stack(columns) / np.where(level, np.nan, np.sum(a * columns[0], axis=0))
+    by_x, by_y = partials[:, 0, :6].T, partials[:, 1, :6].T
+    C = -(M[0][:, None] * by_x + M[1][:, None] * by_y)
+    return C.transpose(2, 0, 1), M[:2].transpose(2, 1, 0), M[2].T
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """a x b (3, n) of vectors by component."""
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
 def ground_covariance(
@@ -103,10 +123,26 @@ def ground_covariance(
     `reading_covariance` (n, 2, 2) [mm^2]; `height_variance` (n,) [m^2].
     Never use the diagonal of Q alone: position and rotation are strongly correlated (seed 003, last recommendation).
     """
-    F = covariance_factor(jacobians, element_covariance)
     reading = jacobians.J @ reading_covariance @ jacobians.J.transpose(0, 2, 1)
     height = height_variance[:, None, None] * jacobians.h[:, :, None] * jacobians.h[:, None, :]
-    return GroundCovariance(F @ F.transpose(0, 2, 1), reading, height)
+    return GroundCovariance(orientation_covariance(jacobians, element_covariance), reading, height)
+
+
+def orientation_covariance(jacobians: RayJacobians, element_covariance: FloatArray) -> FloatArray:
+    """K_i = F_i F_i', F_i = C_i L, L L' = Q (u, u): the part of the orientation (n, 3, 3) [m^2], exactly symmetric.
+
+    Row by row of F, some thousand points at a time: no small matrices are multiplied.
+    """
+    n, rows = jacobians.C.shape[:2]
+    L = symmetric_factor(element_covariance)
+    K = np.empty((n, rows, rows))
+    for begin in range(0, n, POINTS_AT_ONCE):
+        part = slice(begin, begin + POINTS_AT_ONCE)
+        F = [L.T @ jacobians.C[part, row].T for row in range(rows)]
+        for i in range(rows):
+            for j in range(i + 1):
+                K[part, i, j] = K[part, j, i] = np.sum(F[i] * F[j], axis=0)
+    return K
 
 
 def covariance_factor(jacobians: RayJacobians, element_covariance: FloatArray) -> FloatArray:

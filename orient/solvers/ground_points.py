@@ -5,6 +5,7 @@ given. Everything is a batched orthogonal decomposition of small blocks: the cos
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ IntArray = NDArray[np.int64]
 PRESENT = 1e-10
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class GroundKnowledge:
     """What is known of the ground points: `free` D (n, 3, 3), `weight_root` G (n, 3, 3), G'G = D W D, ranks (n,)."""
 
@@ -25,7 +26,7 @@ class GroundKnowledge:
     free_rank: IntArray
     weight_rank: IntArray
 
-    @property
+    @cached_property
     def unknown(self) -> NDArray[np.intp]:
         """Positions of the points that have unknown coordinates."""
         return np.flatnonzero(self.free_rank)
@@ -78,6 +79,8 @@ def eliminate(
     The decomposition does not know u: it carries the unit vectors of the two image equations instead.
     """
     points, u = known.unknown, design.shape[2]
+    if not len(points):
+        return design.reshape(0, u), free_term.ravel(), PointTriangles(np.zeros((0, 3, 3)), np.zeros((0, 3, u)), shift)
     D, G = known.free[points], known.weight_root[points]
     scale = np.max(np.abs(design_P), axis=(1, 2), initial=0.0)[:, None, None]
     block = np.zeros((len(points), 8, 6))
@@ -96,9 +99,11 @@ def eliminate(
 
 def point_corrections(triangles: PointTriangles, scaled_corrections: FloatArray, known: GroundKnowledge) -> FloatArray:
     """dP (n, 3) that belong to the corrections de / s (u,) of the elements; zero for points without unknowns."""
-    right = triangles.rho + triangles.R_e @ scaled_corrections
     corrections = np.zeros_like(known.given)
     points = known.unknown
+    if not len(points):
+        return corrections
+    right = triangles.rho + triangles.R_e @ scaled_corrections
     corrections[points] = -(known.free[points] @ _solved(triangles.R_P, right[:, :, None]))[:, :, 0]
     return corrections
 

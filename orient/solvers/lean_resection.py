@@ -15,8 +15,8 @@ Symmetric = tuple[FloatArray, FloatArray, FloatArray]
 """Elements xx, xy, yy (n,) of n symmetric 2 x 2 matrices."""
 
 POINTS_AT_ONCE = 8192
-LAST_STEP = 1e-6
-"""In standard deviations, as in `resection_batch`."""
+LAST_STEP = 1e-4
+"""In standard deviations: what is left after such a step is its square, 1e-8."""
 LAST_MOVE = 1e-9
 """Of a weighted ground point, in camera distances."""
 
@@ -120,7 +120,7 @@ class _Photo:
     cofactor: FloatArray | None
 
     def distance(self, S: FloatArray) -> float:
-        return float(np.linalg.norm(self.given[0] - S))
+        return math.dist(self.given[0].tolist(), S.tolist())
 
     def normal_equations(self, R: FloatArray, S: FloatArray, P: FloatArray) -> tuple[FloatArray, FloatArray, float]:
         """A'PA (6, 6), A'Pl (6,), l'Pl, some thousand points at a time."""
@@ -128,41 +128,35 @@ class _Photo:
         for begin in range(0, len(self.image), POINTS_AT_ONCE):
             part = slice(begin, begin + POINTS_AT_ONCE)
             A, l = self._equations(R, S, P, part)
-            N += A @ A.T
-            g += A @ l
+            N = N + A @ A.T
+            g = g + A @ l
             vPv += float(l @ l)
         return N, g, vPv
 
     def _equations(self, R: FloatArray, S: FloatArray, P: FloatArray, part: slice) -> tuple[FloatArray, FloatArray]:
         """Whitened A' (6, 2m) and l (2m,) of some of the points."""
-        u, v, w = self._projected(R, S, P[part])
+        uv, w = self._projected(R, S, P[part])
+        u, v = uv
         A = self._design(u, v, w * self.distance(S))
-        l = np.add(self.image[part].T, (u, v))
+        l = self.image[part].T + uv
         if self.cofactor is not None:
             shift = self._by_point(u, v, w, (self.given[part] - P[part]) @ R)
             _whiten(A, l, shift, self._misclosure_cofactor(R, u, v, w, part))
         return A.reshape(6, -1), l.ravel()
 
     @staticmethod
-    def _projected(R: FloatArray, S: FloatArray, P: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """xs/zs, ys/zs, 1/zs."""
-        xs, ys, zs = R.T @ (P - S).T
-        w = 1.0 / zs
-        return xs * w, ys * w, w
+    def _projected(R: FloatArray, S: FloatArray, P: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(xs/zs, ys/zs) (2, m), 1/zs (m,)."""
+        camera = R.T @ (P - S).T
+        w = 1.0 / camera[2]
+        return camera[:2] * w, w
 
     @staticmethod
     def _design(u: FloatArray, v: FloatArray, w: FloatArray) -> FloatArray:
         """d(x/f, y/f)/d(r, t) (6, 2, m)."""
-        A = np.zeros((6, 2, len(u)))
-        np.multiply(u, v, out=A[0, 0])
-        A[0, 1] = 1.0 + v * v
-        A[1, 0] = -1.0 - u * u
-        A[1, 1] = -A[0, 0]
-        A[2, 0], A[2, 1] = v, -u
-        A[3, 0] = A[4, 1] = -w
-        np.multiply(u, w, out=A[5, 0])
-        np.multiply(v, w, out=A[5, 1])
-        return A
+        uv, nothing, minus_w = u * v, np.zeros_like(u), -w
+        rows = [uv, 1.0 + v * v, -1.0 - u * u, -uv, v, -u, minus_w, nothing, nothing, minus_w, u * w, v * w]
+        return np.array(rows).reshape(6, 2, -1)
 
     @staticmethod
     def _by_point(u: FloatArray, v: FloatArray, w: FloatArray, d: FloatArray) -> FloatArray:
@@ -185,9 +179,10 @@ class _Photo:
         """P = P0 + S B' (1 + B S B')^-1 (l - A d), all with the partials about the old place."""
         whole = slice(None)
         assert self.cofactor is not None
-        u, v, w = self._projected(R, S, P)
+        uv, w = self._projected(R, S, P)
+        u, v = uv
         A = self._design(u, v, w * self.distance(S))
-        l = np.add(self.image.T, (u, v)) - self._by_point(u, v, w, (self.given - P) @ R)
+        l = self.image.T + uv - self._by_point(u, v, w, (self.given - P) @ R)
         l -= (step @ A.reshape(6, -1)).reshape(l.shape)
         x, y = _weighted(self._misclosure_cofactor(R, u, v, w, whole), l)
         in_ground = (R @ np.array([-w * x, -w * y, w * (u * x + v * y)])).T
@@ -196,7 +191,7 @@ class _Photo:
     def point_cofactors(self, R: FloatArray, S: FloatArray, P: FloatArray) -> tuple[FloatArray, FloatArray]:
         """dP = G d(r, t): G (n, 3, 6), and the cofactors (n, 3, 3) of the points if the elements were known."""
         assert self.cofactor is not None
-        u, v, w = self._projected(R, S, P)
+        (u, v), w = self._projected(R, S, P)
         A = self._design(u, v, w * self.distance(S))
         zero = np.zeros_like(w)
         B = np.stack([np.stack([-w, zero, u * w]), np.stack([zero, -w, v * w])]).transpose(2, 0, 1) @ R.T

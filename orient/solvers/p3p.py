@@ -12,6 +12,7 @@ SAME_SOLUTION = 1e-6
 POLISH_STEPS = 8
 MOST_SOLUTIONS = 4
 PAIRS = np.array([[1, 2], [0, 2], [0, 1]])
+NOTHING = np.zeros((0, 3))
 
 
 def three_point_resections(rays: FloatArray, ground: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
@@ -24,41 +25,67 @@ def three_point_resections(rays: FloatArray, ground: FloatArray) -> list[tuple[F
     Source: Grunert (1841), quartic as in Haralick, Lee, Ottenberg, Noelle (1994), equations (8)-(9); the distances
     are then improved by Newton steps on the three equations.
     """
-    if _is_line(rays[:, :2] / rays[:, 2:]) or _is_line(ground):
-        return []
-    squares = np.array([np.sum((ground[i] - ground[j]) ** 2) for i, j in PAIRS])
+    return resections_of_triples(rays[None], ground[None])[0]
+
+
+def resections_of_triples(rays: FloatArray, ground: FloatArray) -> list[list[tuple[FloatArray, FloatArray]]]:
+    """`three_point_resections` of many triples (t, 3, 3) together, which costs little more than one."""
+    clear = np.flatnonzero(~(_is_line(rays[..., :2] / rays[..., 2:]) | _is_line(ground)))
+    i, j = PAIRS.T
+    squares = np.sum((ground[:, i] - ground[:, j]) ** 2, axis=2)
     # 1 - cos from the chord keeps its digits in narrow fields
-    versines = np.array([0.5 * np.sum((rays[i] - rays[j]) ** 2) for i, j in PAIRS])
-    distances = _polished(_approximate_distances(squares, 1 - versines), squares, versines)
-    R, S = _placed(_distinct(distances, squares, versines)[:, :, None] * rays, ground)
-    return [(R[k], S[k]) for k in range(len(S)) if np.isfinite(S[k]).all()]
+    versines = 0.5 * np.sum((rays[:, i] - rays[:, j]) ** 2, axis=2)
+    starts, of = _approximate_distances(squares[clear], 1 - versines[clear])
+    distances = _polished(starts, clear[of], squares, versines)
+    kept = [_distinct(distances[clear[of] == t], squares[t], versines[t]) for t in range(len(rays))]
+    at = np.repeat(np.arange(len(rays)), [len(own) for own in kept])
+    R, S = _placed(np.concatenate([NOTHING, *kept])[:, :, None] * rays[at], ground[at])
+    found: list[list[tuple[FloatArray, FloatArray]]] = [[] for _ in rays]
+    for k in np.flatnonzero(np.isfinite(S).all(axis=1)):
+        found[at[k]].append((R[k], S[k]))
+    return found
 
 
-def _is_line(points: FloatArray) -> bool:
-    """Do three points lie on a line: second singular value below 1e-9 of the first?"""
-    values = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    return bool(values[1] <= LINE * values[0])
+def _is_line(points: FloatArray) -> NDArray[np.bool_]:
+    """Do three points (t, 3, d) lie on a line: second singular value below 1e-9 of the first? (t,)"""
+    values = np.linalg.svd(points - points.mean(axis=1, keepdims=True), compute_uv=False)
+    return np.asarray(values[:, 1] <= LINE * values[:, 0])
 
 
-def _approximate_distances(squares: FloatArray, cosines: FloatArray) -> FloatArray:
-    """Distances s (m, 3) from the real and nearly real roots v = s_3/s_1 of Grunert's quartic."""
-    roots = polynomial.polyroots(polynomial.polytrim(_grunert_quartic(squares, cosines)))
-    ratios = roots.real[(np.abs(roots.imag) <= NEARLY_REAL * np.abs(roots)) & (roots.real > 0)]
-    starts = []
-    for v in ratios:
-        s1 = np.sqrt(squares[1] / (1 + v * v - 2 * v * cosines[1]))
-        half_chord = np.sqrt(max(cosines[2] ** 2 - 1 + squares[2] / s1**2, 0.0))
-        # both roots of the third equation: near u = cos(gamma) Grunert's own quotient for u is 0/0
-        starts += [np.array([s1, u * s1, v * s1]) for u in (cosines[2] + half_chord, cosines[2] - half_chord) if u > 0]
-    return np.array(starts).reshape(-1, 3)
+def _approximate_distances(squares: FloatArray, cosines: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
+    """Distances s (m, 3) from the real and nearly real roots v = s_3/s_1 of Grunert's quartics; their triples."""
+    roots = _roots(_grunert_quartics(squares, cosines))
+    usable = (np.abs(roots.imag) <= NEARLY_REAL * np.abs(roots)) & (roots.real > 0)
+    t, _ = np.nonzero(usable)
+    v = roots.real[usable]
+    s1 = np.sqrt(squares[t, 1] / (1 + v * v - 2 * v * cosines[t, 1]))
+    half_chord = np.sqrt(np.maximum(cosines[t, 2] ** 2 - 1 + squares[t, 2] / s1**2, 0.0))
+    # both roots of the third equation: near u = cos(gamma) Grunert's own quotient for u is 0/0
+    u = cosines[t, 2, None] + half_chord[:, None] * [1.0, -1.0]
+    starts = np.stack([np.broadcast_to(s1[:, None], u.shape), u * s1[:, None], np.stack([v * s1] * 2, axis=1)], axis=2)
+    return starts[u > 0], np.repeat(t, 2)[(u > 0).ravel()]
 
 
-def _grunert_quartic(squares: FloatArray, cosines: FloatArray) -> FloatArray:
-    """Coefficients (5,), lowest power first, of the polynomial in v = s_3/s_1."""
-    a2, b2, c2 = squares
-    ca, cb, cg = cosines
+def _roots(coefficients: FloatArray) -> NDArray[np.complex128]:
+    """Roots (t, 4) of quartics (t, 5), lowest power first; nan for those that an equation of lower degree lacks."""
+    roots = np.full((len(coefficients), 4), np.nan, dtype=np.complex128)
+    whole = coefficients[:, 4] != 0
+    companion = np.zeros((int(whole.sum()), 4, 4))
+    companion[:, np.arange(1, 4), np.arange(3)] = 1.0
+    companion[:, :, 3] = -coefficients[whole, :4] / coefficients[whole, 4:]
+    roots[whole] = np.sort(np.linalg.eigvals(companion[:, ::-1, ::-1]), axis=1)
+    for t in np.flatnonzero(~whole):
+        lower = polynomial.polyroots(polynomial.polytrim(coefficients[t]))
+        roots[t, : len(lower)] = lower
+    return roots
+
+
+def _grunert_quartics(squares: FloatArray, cosines: FloatArray) -> FloatArray:
+    """Coefficients (t, 5), lowest power first, of the polynomials in v = s_3/s_1."""
+    a2, b2, c2 = squares.T
+    ca, cb, cg = cosines.T
     d, e, k = (a2 - c2) / b2, (a2 + c2) / b2, c2 / b2
-    return np.array(
+    return np.stack(
         [
             (1 + d) ** 2 - 4 * a2 / b2 * cg**2,
             4 * (-d * (1 + d) * cb + 2 * a2 / b2 * cg**2 * cb - (1 - e) * ca * cg),
@@ -66,24 +93,33 @@ def _grunert_quartic(squares: FloatArray, cosines: FloatArray) -> FloatArray:
             + 4 * (b2 - a2) / b2 * cg**2,
             4 * (d * (1 - d) * cb - (1 - e) * ca * cg + 2 * k * ca**2 * cb),
             (d - 1) ** 2 - 4 * k * ca**2,
-        ]
+        ],
+        axis=1,
     )
 
 
-def _polished(starts: FloatArray, squares: FloatArray, versines: FloatArray) -> FloatArray:
-    """Newton steps on (s_i - s_j)^2 + 2 s_i s_j (1 - cos) = |P_i - P_j|^2 for all starts (m, 3) together."""
-    s = starts
+def _polished(starts: FloatArray, of: NDArray[np.intp], squares: FloatArray, versines: FloatArray) -> FloatArray:
+    """Newton steps on (s_i - s_j)^2 + 2 s_i s_j (1 - cos) = |P_i - P_j|^2 for all starts (m, 3) together.
+
+    `of` (m,): the triple of each; the starts of one triple stop together.
+    """
+    s = starts.copy()
     rows, (i, j) = np.arange(3), PAIRS.T
+    going = np.arange(len(s))
     for _ in range(POLISH_STEPS):
-        si, sj = s[:, i], s[:, j]
-        equations = _misclosures(s, squares, versines)
-        design = np.zeros((len(s), 3, 3))
-        design[:, rows, i] = 2 * (si - sj + sj * versines)
-        design[:, rows, j] = 2 * (sj - si + si * versines)
+        si, sj, versine = s[going][:, i], s[going][:, j], versines[of[going]]
+        equations = _misclosures(s[going], squares[of[going]], versine)
+        design = np.zeros((len(going), 3, 3))
+        design[:, rows, i] = 2 * (si - sj + sj * versine)
+        design[:, rows, j] = 2 * (sj - si + si * versine)
         # pseudo-inverse: least squares where two solutions meet and the equations are singular
         step = (np.linalg.pinv(design, rcond=1e-12) @ equations[:, :, None])[:, :, 0]
-        s = s - step
-        if np.max(np.abs(step), initial=0.0) <= 1e-14 * np.max(np.abs(s), initial=0.0):
+        s[going] -= step
+        moved, size = np.zeros(len(squares)), np.zeros(len(squares))
+        np.maximum.at(moved, of[going], np.abs(step).max(axis=1))
+        np.maximum.at(size, of[going], np.abs(s[going]).max(axis=1))
+        going = going[~(moved <= 1e-14 * size)[of[going]]]
+        if not len(going):
             break
     return s
 
@@ -92,9 +128,10 @@ def _distinct(distances: FloatArray, squares: FloatArray, versines: FloatArray) 
     """The four best of the positive distances (m, 3), without repetition."""
     sound = distances[np.isfinite(distances).all(axis=1) & np.all(distances > 0, axis=1)]
     errors = np.max(np.abs(_misclosures(sound, squares, versines)) / np.max(squares), axis=1, initial=0.0)
-    kept: list[FloatArray] = []
-    for s in sound[np.argsort(errors, kind="stable")]:
-        if len(kept) < MOST_SOLUTIONS and all(np.max(np.abs(s - t)) > SAME_SOLUTION * np.max(s) for t in kept):
+    kept: list[list[float]] = []
+    for s in sound[np.argsort(errors, kind="stable")].tolist():
+        same = SAME_SOLUTION * max(s)
+        if len(kept) < MOST_SOLUTIONS and all(max(abs(a - b) for a, b in zip(s, t, strict=True)) > same for t in kept):
             kept.append(s)
     return np.array(kept).reshape(-1, 3)
 
@@ -105,9 +142,9 @@ def _misclosures(s: FloatArray, squares: FloatArray, versines: FloatArray) -> Fl
 
 
 def _placed(camera: FloatArray, ground: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """R (m, 3, 3), S (m, 3) that put camera triangles (m, 3, 3) on the ground triangle (3, 3): P = S + R p."""
+    """R (m, 3, 3), S (m, 3) that put camera triangles (m, 3, 3) on ground triangles (m, 3, 3): P = S + R p."""
     R = _triads(ground) @ _triads(camera).transpose(0, 2, 1)
-    return R, ground.mean(axis=0) - (R @ camera.mean(axis=1)[:, :, None])[:, :, 0]
+    return R, ground.mean(axis=1) - (R @ camera.mean(axis=1)[:, :, None])[:, :, 0]
 
 
 def _triads(points: FloatArray) -> FloatArray:

@@ -219,12 +219,18 @@ def frame(XY: Vector) -> tuple[Vector, float]:
 
 def condition_ratio(XY: Vector, degree: int) -> float:
     """Smallest to largest singular value of the design matrix on the principal axes of the crosses."""
-    singular = np.linalg.svd(design(_principal_axes(XY), degree), compute_uv=False)
+    R = np.linalg.qr(design(_principal_axes(XY), degree), mode="r")
+    singular = np.linalg.svd(R, compute_uv=False)
     return float(singular[-1] / singular[0])
 
 
 def _principal_axes(XY: Vector) -> Vector:
     """Crosses along their principal axes, each axis stretched to -1 ... 1: a narrow strip is not a weak sheet."""
-    centred = XY - np.mean(XY, axis=0)
-    along = centred @ np.linalg.svd(centred, full_matrices=False)[2].T
+    along = along_principal_axes(XY)
     return np.asarray(along / np.max(np.abs(along), axis=0))
+
+
+def along_principal_axes(XY: Vector) -> Vector:
+    """Crosses (n, 2) from their centroid, along their longest extent and across."""
+    centred = XY - np.mean(XY, axis=0)
+    return np.asarray(centred @ np.linalg.svd(np.linalg.qr(centred, mode="r"))[2].T)

@@ -13,6 +13,7 @@ from orient.solvers.polynomial_degree import (
     HIGHEST_DEGREE,
     Crosses,
     Rule,
+    along_principal_axes,
     choose_degree,
     condition_ratio,
     design,
@@ -92,8 +93,9 @@ def fit_sheet(crosses: Crosses, rule: Rule = BY_TEST, is_fit: Mask | None = None
     _refuse_repeated(carrying)
     _refuse_line(carrying)
     degree = choose_degree(carrying, rule)
-    _refuse_curve(carrying, degree)
-    return _fit(crosses, carrying, degree, used, rule)
+    ratio = condition_ratio(carrying.XY, degree)
+    _refuse_curve(carrying, degree, ratio)
+    return _fit(crosses, carrying, degree, used, rule, ratio)
 
 
 def predict(fit: SheetFit, XY: Vector) -> SheetPrediction:
@@ -103,7 +105,7 @@ def predict(fit: SheetFit, XY: Vector) -> SheetPrediction:
     by_uv = polynomial.gradient(u, v, fit.degree)
     gradient = np.einsum("kmi,mc->kci", by_uv, fit.coefficients) / fit.scale_mm
     cofactor = np.einsum("km,mj,kj->k", rows, fit.cofactor, rows)
-    return SheetPrediction(rows @ fit.coefficients, gradient, rows, cofactor)
+    return SheetPrediction(polynomial.values(u, v, fit.coefficients), gradient, rows, cofactor)
 
 
 def suspects(
@@ -134,7 +136,7 @@ def _worst(fit: SheetFit) -> Suspect | None:
     return Suspect(index, fit.shift.statistic[index] or 0.0, fit.shift.probability[index] or 0.0, corrected)
 
 
-def _fit(crosses: Crosses, carrying: Crosses, degree: int, used: Mask, rule: Rule) -> SheetFit:
+def _fit(crosses: Crosses, carrying: Crosses, degree: int, used: Mask, rule: Rule, ratio: float) -> SheetFit:
     centre, scale = frame(carrying.XY)
     F = design((crosses.XY - centre) / scale, degree)
     # numbers such as 6 213 023 m would cost digits in the coefficients of small terms
@@ -150,7 +152,7 @@ def _fit(crosses: Crosses, carrying: Crosses, degree: int, used: Mask, rule: Rul
         scale_mm=scale,
         coefficients=coefficients,
         cofactor=adjustment.Q_x,
-        condition_ratio=condition_ratio(carrying.XY, degree),
+        condition_ratio=ratio,
         redundancy=redundancy,
         sigma0=_sigma0(residuals[used], redundancy),
         sigma0_m=_sigma0(residuals[used] * carrying.metres_per_unit, redundancy),
@@ -201,6 +203,8 @@ def _refuse_few(n: int, degree: int | None, title: str) -> None:
 
 
 def _refuse_repeated(crosses: Crosses) -> None:
+    if len(np.unique(crosses.XY[:, 0] + 1j * crosses.XY[:, 1])) == len(crosses.XY):
+        return
     first: dict[tuple[float, ...], str] = {}
     for label, place in zip(crosses.names, map(tuple, crosses.XY.tolist()), strict=True):
         if place in first:
@@ -212,8 +216,7 @@ def _refuse_repeated(crosses: Crosses) -> None:
 
 
 def _refuse_line(crosses: Crosses) -> None:
-    centred = crosses.XY - np.mean(crosses.XY, axis=0)
-    along = centred @ np.linalg.svd(centred, full_matrices=False)[2].T
+    along = along_principal_axes(crosses.XY)
     length, width = np.max(along, axis=0) - np.min(along, axis=0)
     if width < LINE_RATIO * length:
         raise GeometryError(
@@ -222,9 +225,9 @@ def _refuse_line(crosses: Crosses) -> None:
         )
 
 
-def _refuse_curve(crosses: Crosses, degree: int) -> None:
+def _refuse_curve(crosses: Crosses, degree: int, ratio: float) -> None:
     XY = crosses.XY
-    if degree > 1 and condition_ratio(XY, degree) < SINGULAR_RATIO:
+    if degree > 1 and ratio < SINGULAR_RATIO:
         centre, scale = frame(XY)
         term = weakest_unknown(term_names(degree), design((XY - centre) / scale, degree))
         raise GeometryError(

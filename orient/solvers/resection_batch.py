@@ -30,8 +30,8 @@ PHOTOS_AT_ONCE = 4096
 """Photos of a block when the kernel is compiled and holds no products."""
 COMPILED_FROM = 100_000
 """Points of all photos together from which a compiled kernel is worth its loading."""
-LAST_STEP = 1e-5
-"""In standard deviations: the iteration of a photo ends with a smaller step."""
+LAST_STEP = 1e-4
+"""In standard deviations, of which the square is left: the iteration of a photo ends with a smaller step."""
 STARTS_TRIED = 6
 MISFIT = 0.01
 CROSS = np.array([cross_matrix(axis).ravel() for axis in np.eye(3)])
@@ -210,18 +210,19 @@ def _block(
 
 def _apply(R: FloatArray, S: FloatArray, step: FloatArray, distance: FloatArray, running: BoolArray) -> None:
     """P_camera <- exp([r]x) P_camera + t d: R <- R E', S <- S - (E R')' t d."""
-    r, t = step[:3].T[running], step[3:].T[running] * distance[running, None]
-    R[running] = R[running] @ _turns(r).transpose(0, 2, 1)
-    S[running] -= (R[running] @ t[:, :, None])[:, :, 0]
+    at = slice(None) if running.all() else running
+    r, t = step[:3].T[at], step[3:].T[at] * distance[at, None]
+    turned = R[at] @ _turns(r).transpose(0, 2, 1)
+    R[at] = turned
+    S[at] -= (turned @ t[:, :, None])[:, :, 0]
 
 
 def _turns(r: FloatArray) -> FloatArray:
-    """exp([r]x) (p, 3, 3) of small or large rotation vectors (p, 3)."""
-    angle = np.linalg.norm(r, axis=1)[:, None, None]
-    a = np.sinc(angle / np.pi)
-    b = 0.5 * np.sinc(angle / (2 * np.pi)) ** 2
-    K = (r @ CROSS).reshape(-1, 3, 3)
-    return np.asarray(np.eye(3) + a * K + b * K @ K)
+    """exp([r]x) = cos t I + sin(t)/t [r]x + (1 - cos t)/t^2 r r', t = |r|, of rotation vectors (p, 3): (p, 3, 3)."""
+    t = np.linalg.norm(r, axis=1)
+    b = 0.5 * np.sinc(t / (2 * np.pi)) ** 2
+    K = (np.sinc(t / np.pi)[:, None] * r @ CROSS).reshape(-1, 3, 3)
+    return np.asarray(K + b[:, None, None] * r[:, :, None] * r[:, None, :] + np.cos(t)[:, None, None] * np.eye(3))
 
 
 def _in_ground(inverse: FloatArray, R: FloatArray, distance: FloatArray) -> FloatArray:

@@ -7,11 +7,12 @@ them.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from orient.geometry.collinearity import partials_rotation, project
+from orient.geometry.collinearity import projected_with_partials
 from orient.geometry.rotation import rotation_exp
 from orient.solvers.camera_unknowns import CameraUnknowns
 from orient.solvers.common_unknowns import CommonTriangle, WhitenedCommon, no_common, redundancy_numbers
@@ -90,7 +91,7 @@ class ImageEquations:
     by_computed: FloatArray
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class ResectionProblem:
     """Image points (n, 2) [mm] with their cofactors (n, 2, 2), what is known of the ground, f [mm], what is shared.
 
@@ -108,17 +109,17 @@ class ResectionProblem:
     observed: Sequence[ElementObservation] = ()
     is_station_fixed: bool = False
 
-    @property
+    @cached_property
     def common(self) -> WhitenedCommon:
         """What the points share; nothing by default."""
         return no_common(len(self.image)) if self.shared is None else self.shared
 
-    @property
+    @cached_property
     def all_unknowns(self) -> tuple[str, ...]:
         """The six elements and those of the camera, fixed ones too: the order of every Q that is handed back."""
         return ELEMENTS if self.interior is None else (*ELEMENTS, *self.interior.names)
 
-    @property
+    @cached_property
     def free(self) -> NDArray[np.intp]:
         """Places (u,) of the unknowns among `all_unknowns`."""
         every = range(len(self.all_unknowns))
@@ -128,6 +129,11 @@ class ResectionProblem:
     def unknowns(self) -> tuple[str, ...]:
         """Names (u,) of the elements that are adjusted."""
         return tuple(self.all_unknowns[i] for i in self.free)
+
+    @cached_property
+    def _whitening(self) -> FloatArray:
+        """L (n, 2, 2), L L' = cofactors of the image coordinates."""
+        return np.asarray(np.linalg.cholesky(self.image_cofactor))
 
     @property
     def n_known(self) -> int:
@@ -192,7 +198,7 @@ class ResectionProblem:
         )
         if not (np.isfinite(rows).all() and np.isfinite(distance)):
             return _not_finite(scales, self.common.rank, distance)
-        white = np.linalg.solve(np.linalg.cholesky(self.image_cofactor), rows)
+        white = np.linalg.solve(self._whitening, rows)
         white[:, :, :u] *= scales
         shift = state.ground - self.known.given - self.common.shift(state.common)
         known_design, known_free_term = self.known_equations(state)
@@ -294,8 +300,7 @@ def image_equations(
     `interior` holds the readings of these points; with it `image` and `f_mm` are not used.
     """
     f_mm = f_mm if interior is None else interior.at(camera).f_mm
-    computed, _ = project(ground, station, rotation, f_mm)
-    partials = partials_rotation(ground, station, rotation, f_mm)
+    computed, partials = projected_with_partials(ground, station, rotation, f_mm)
     if interior is None:
         identity = np.broadcast_to(np.eye(2), (len(computed), 2, 2))
         return ImageEquations(partials[:, :, :6], partials[:, :, 6:], computed - image, image, identity)

@@ -8,9 +8,8 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from orient.geometry.collinearity import project
 from orient.solvers.direct_linear import direct_linear_resection
-from orient.solvers.p3p import three_point_resections
+from orient.solvers.p3p import resections_of_triples
 from orient.solvers.plane_resection import plane_resection
 
 FloatArray = NDArray[np.float64]
@@ -22,6 +21,8 @@ MIRRORED = 3
 NEARLY_FLAT, SOME_RELIEF = 0.1, 1e-3
 """Thickness over length of the control: below, a plane may serve; above, twelve coefficients are determined."""
 MOST_POINTS = 1000
+MOST_JUDGED = 8192
+"""Points that are projected at once."""
 FARTHEST = 1e8
 """Camera distance in sizes of the control beyond which a candidate is rounding, no orientation."""
 
@@ -34,6 +35,10 @@ class Method(StrEnum):
     PLANE = "plane"
     STATION = "approximate station"
     GIVEN = "given orientation"
+
+
+Form = tuple[FloatArray, FloatArray, tuple[int, ...], Method]
+"""R, S, the three points it comes from, the closed form."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,25 +77,24 @@ def start_candidates(
     size = float(np.max(np.linalg.norm(ground - centre, axis=1)))
     scaled = (ground - centre) / size
     near = None if approximate_station is None else (approximate_station - centre) / size
-    candidates = _best_first(
-        [_judged(*found, image, scaled, f_mm) for found in _closed_forms(image, scaled, f_mm, near)]
-    )
-    for candidate in distinct(candidates, scaled, limit=MIRRORED):
-        R, S = _relief_reversed(candidate, scaled)
-        reverse = _judged(R, S, candidate.triple, candidate.method, image, scaled, f_mm)
-        candidates.append(replace(reverse, is_reversed=True))
+    candidates = _best_first(_judged(_closed_forms(image, scaled, f_mm, near), image, scaled, f_mm))
+    reversed_forms: list[Form] = [
+        (*_relief_reversed(candidate, scaled), candidate.triple, candidate.method)
+        for candidate in distinct(candidates, scaled, limit=MIRRORED)
+    ]
+    candidates += [replace(one, is_reversed=True) for one in _judged(reversed_forms, image, scaled, f_mm)]
     return [replace(candidate, station=centre + size * candidate.station) for candidate in _best_first(candidates)]
 
 
-def _closed_forms(
-    image: FloatArray, ground: FloatArray, f_mm: float, near: FloatArray | None
-) -> list[tuple[FloatArray, FloatArray, tuple[int, ...], Method]]:
+def _closed_forms(image: FloatArray, ground: FloatArray, f_mm: float, near: FloatArray | None) -> list[Form]:
     """(R, S, triple, method) of every closed form that applies to ground of size one about its centroid."""
     rays = camera_rays(image, f_mm)
-    found = [
+    triples = spread_triples(image, ground)
+    at = np.array(triples, dtype=np.intp).reshape(-1, 3)
+    found: list[Form] = [
         (R, S, triple, Method.THREE_POINTS)
-        for triple in spread_triples(image, ground)
-        for R, S in three_point_resections(rays[list(triple)], ground[list(triple)])
+        for triple, resections in zip(triples, resections_of_triples(rays[at], ground[at]), strict=True)
+        for R, S in resections
     ]
     every = slice(None, None, -(-len(image) // MOST_POINTS))
     values = np.linalg.svd(np.linalg.qr(ground, mode="r"), compute_uv=False)
@@ -183,17 +187,21 @@ def _rotation_between(camera: FloatArray, ground: FloatArray) -> FloatArray:
     return np.asarray(U @ np.diag([1.0, 1.0, np.sign(np.linalg.det(U @ Vt))]) @ Vt)
 
 
-def _judged(
-    R: FloatArray,
-    S: FloatArray,
-    triple: tuple[int, ...],
-    method: Method,
-    image: FloatArray,
-    ground: FloatArray,
-    f_mm: float,
-) -> Candidate:
-    with np.errstate(all="ignore"):
-        computed, zs = project(ground, S, R, f_mm)
-        rms = float(np.sqrt(np.mean(np.sum((computed - image) ** 2, axis=1))))
-    in_front = int(np.count_nonzero(zs < 0))
-    return Candidate(R, S, rms if np.isfinite(rms) else np.inf, in_front, in_front == len(image), triple, method)
+def _judged(forms: Sequence[Form], image: FloatArray, ground: FloatArray, f_mm: float) -> list[Candidate]:
+    """How each form fits all points; some at a time, so that many points need little memory."""
+    judged: list[Candidate] = []
+    together = max(1, MOST_JUDGED // len(image))
+    for begin in range(0, len(forms), together):
+        some = forms[begin : begin + together]
+        R, S = (np.array([form[k] for form in some]) for k in (0, 1))
+        camera = (ground - S[:, None, :]) @ R
+        with np.errstate(all="ignore"):
+            computed = -f_mm * camera[..., :2] / camera[..., 2:]
+            rms = np.sqrt(np.mean(np.sum((computed - image) ** 2, axis=2), axis=1))
+        in_front = np.count_nonzero(camera[..., 2] < 0, axis=1).tolist()
+        misfits = np.where(np.isfinite(rms), rms, np.inf).tolist()
+        judged += [
+            Candidate(R, S, misfit, seen, seen == len(image), triple, method)
+            for (R, S, triple, method), misfit, seen in zip(some, misfits, in_front, strict=True)
+        ]
+    return judged

@@ -62,7 +62,9 @@ def _explained(error: DBAPIError, watch: Watch, timeout_s: float | None) -> Base
         return OrientError(f"The question took longer than {timeout_s:g} s and was stopped.", "Ask for less.")
     if name == "SQLITE_AUTH":
         return UsageError("Only questions are allowed; this statement would do something else.")
+    if name == "SQLITE_TOOBIG":
+        return UsageError("SQL: a value of the answer is too large.", "Ask for less.")
     is_wording = name in ("SQLITE_ERROR", "SQLITE_RANGE", "SQLITE_MISMATCH", "SQLITE_READONLY")
     if is_wording or isinstance(original, sqlite3.ProgrammingError | sqlite3.Warning):
-        return UsageError(f"SQL: {original}.", "Tables and views are described in docs/schema.md.")
+        return UsageError(f"SQL: {str(original).rstrip('.')}.", "Tables and views are described in docs/schema.md.")
     return error

@@ -95,12 +95,19 @@ def _harden(connection: sqlite3.Connection, watch: Watch) -> None:
     connection.set_authorizer(watch.authorize)
 
 
+def driver_of(connection: Connection) -> sqlite3.Connection:
+    """The driver's connection, inside the transaction of `connection`: for many statements or rows."""
+    driver = connection.connection.driver_connection
+    assert isinstance(driver, sqlite3.Connection)
+    return driver
+
+
 def let_spill(connection: Connection) -> None:
     """Let a large append go to the disk before its end: only into a file that nobody else knows yet.
 
     SQLite passes it over within a transaction, so it goes through the driver.
     """
-    connection.connection.driver_connection.execute(SPILL).fetchall()  # type: ignore[union-attr]
+    driver_of(connection).execute(SPILL).fetchall()
 
 
 def compact_into(source: Path, target: Path) -> None:

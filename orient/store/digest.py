@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from json.encoder import encode_basestring_ascii
+from types import NoneType
 from typing import Protocol
 
 from orient.store.format import current_format
@@ -95,19 +96,22 @@ def _rows_text(rows: list[tuple[Scalar, ...]], places: Sequence[int]) -> str:
     return ",".join(map(pattern.__mod__, zip(*tokens, strict=True)))
 
 
-def _tokens(values: Sequence[Scalar]) -> tuple[str, Iterable[str]]:
+def _tokens(values: Sequence[Scalar]) -> tuple[str, Iterable[Scalar]]:
     """How a value of this column stands in a row, and the part of each value that differs."""
     kinds = set(map(type, values))
     if kinds == {float}:
         return '"f:%s"', [(value + 0.0).hex() for value in values]  # type: ignore[operator]
+    if kinds == {int}:
+        return "%d", values
+    if kinds == {NoneType}:
+        return "null%.0s", values
+    if kinds == {str}:
+        return "%s", [encode_basestring_ascii(f"s:{word}") for word in values]
     if float in kinds:
         return "%s", [f'"f:{(value + 0.0).hex()}"' if type(value) is float else canonical(value) for value in values]
-    if kinds == {str}:
-        words = {word: encode_basestring_ascii(f"s:{word}") for word in set(values)}
-    elif Blob in kinds:
+    if Blob in kinds:
         return "%s", [canonical(value) for value in values]
-    else:
-        words = {word: canonical(word) for word in set(values)}
+    words = {word: canonical(word) for word in set(values)}
     return "%s", [words[word] for word in values]
 
 

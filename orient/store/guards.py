@@ -7,6 +7,7 @@ from pathlib import Path
 
 from sqlalchemy import Connection
 
+from orient.store.connection import driver_of
 from orient.store.format import Format
 
 GUARDS_FILE = Path(__file__).with_name("guards.sql")
@@ -68,11 +69,12 @@ def quoted(name: str) -> str:
 def install_temporary(connection: Connection, form: Format, with_guards: bool) -> frozenset[str]:
     """Install TEMP views, and for a writer TEMP guards with a random suffix; the names that may run from now on."""
     suffix = secrets.token_hex(4)
+    driver = driver_of(connection)  # some hundred statements: SQLAlchemy would cost as much as SQLite
     for statement in view_statements():
-        connection.exec_driver_sql(statement.replace("CREATE VIEW", "CREATE TEMP VIEW", 1))
+        driver.execute(statement.replace("CREATE VIEW", "CREATE TEMP VIEW", 1))
     if with_guards:
         for statement in guard_statements(form.tables):
-            connection.exec_driver_sql(_temporary_guard(statement, suffix))
+            driver.execute(_temporary_guard(statement, suffix))
     stored = form.names_of("view", "trigger")
     suffixed = frozenset(f"{name}_{suffix}" for name in form.names_of("trigger"))
     return stored | suffixed | CTE_NAMES

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from orient.errors import OrientError, ProjectError, UsageError
+from orient.errors import OrientError, UsageError
 from orient.store.error_map import NO_SPACE, disk_errors
 from orient.store.errors import ReadOnly, StorageError
 from orient.store.preflight import is_open_here
@@ -26,19 +26,27 @@ LONGEST_NAME = 240
 
 
 def new_name(path: str | os.PathLike[str], replace: bool = False) -> Path:
-    """The absolute path of a new project; an existing name is a `ProjectError`, unless it may be replaced."""
+    """The absolute path of a new project; an existing name is a `UsageError`, unless it may be replaced."""
+    target = name_in_folder(path, "the project")
+    if target.name.endswith(SIDE_FILES):
+        raise UsageError(
+            f"{os.fspath(path)}: such a name belongs to SQLite's own files beside a project.", "Give another name."
+        )
+    if os.path.lexists(target) and not replace:
+        raise UsageError(f"{os.fspath(path)} exists.", "Give a new name.")
+    return target
+
+
+def name_in_folder(path: str | os.PathLike[str], what: str) -> Path:
+    """The absolute path of a file to be written, in a folder that is there; links are not followed."""
     text = os.fspath(path)
     if not text or "\0" in text:
-        raise UsageError("The name of the project is empty or contains a zero byte.", "Give the name of a file.")
-    target = Path(os.path.abspath(text))  # noqa: PTH100  (links are not followed: a new file takes exactly this name)
-    if target.name.endswith(SIDE_FILES):
-        raise UsageError(f"{text}: such a name belongs to SQLite's own files beside a project.", "Give another name.")
+        raise UsageError(f"the name of {what} is empty or contains a zero byte", "Give the name of a file.")
+    target = Path(os.path.abspath(text))  # noqa: PTH100  (a new file takes exactly this name)
     if len(os.fsencode(target.name)) > LONGEST_NAME:
-        raise UsageError(f"the name {target.name[:40]}... is too long.", "Give a shorter one.")
-    if os.path.lexists(target) and not replace:
-        raise ProjectError(f"{text} exists.", "Give a new name.")
+        raise UsageError(f"the name {target.name[:40]}... is too long", "Give a shorter one.")
     if not target.parent.is_dir():
-        raise ProjectError(f"the folder {target.parent} does not exist.", "Create it first.")
+        raise UsageError(f"the folder {target.parent} does not exist", "Create it first.")
     return target
 
 
@@ -49,7 +57,7 @@ def make_file(target: Path, write: Callable[[Path], None], mode: int = 0o600, re
             write(temporary)
             give_name(temporary, target, replace)
         except FileExistsError:
-            raise ProjectError(f"{target} exists.", "Give a new name.") from None
+            raise UsageError(f"{target} exists.", "Give a new name.") from None
         except OrientError as error:
             error.message = error.message.replace(str(temporary), str(target))
             raise

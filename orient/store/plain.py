@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from operator import le
+from types import NoneType
 from typing import Any
 
 from orient.store.errors import OurFault
@@ -113,17 +114,25 @@ def _in_order(columns: list[Any], key: Sequence[Any]) -> list[Any]:
 
 
 def plain_column(values: Any, kind: str, table: str, column: str) -> Any:
-    """A column as `plain_value` makes it; whole columns of floats and of words are looked at once."""
+    """A column as `plain_value` makes it; columns of one type are looked at as a whole."""
     if kind == "REAL" and str(getattr(values, "dtype", "")) == "float64":
         known = values.compressed() if hasattr(values, "compressed") else values
         if abs(known).max(initial=0.0) <= REAL_LIMIT:  # false for NaN
             return values + 0.0
-    elif kind == "REAL" and set(map(type, values)) == {float}:
-        if math.isfinite(sum(values)) and max(values) <= REAL_LIMIT and min(values) >= -REAL_LIMIT:
-            return [value + 0.0 for value in values]
-    elif kind == "TEXT" and set(map(type, values)) == {str}:
+        return [plain_value(value, kind, table, column) for value in values.tolist()]
+    values = as_list(values)
+    types = set(map(type, values))
+    if types == {NoneType} or (kind == "TEXT" and types == {str}):
         return values
-    return [plain_value(value, kind, table, column) for value in as_list(values)]
+    if kind == "INTEGER" and types == {int} and min(values) >= -INTEGER_LIMIT and max(values) < INTEGER_LIMIT:
+        return values
+    if kind == "REAL" and types == {float} and _are_storable(values):
+        return [value + 0.0 for value in values]
+    return [plain_value(value, kind, table, column) for value in values]
+
+
+def _are_storable(numbers: Sequence[float]) -> bool:
+    return math.isfinite(sum(numbers)) and max(numbers) <= REAL_LIMIT and min(numbers) >= -REAL_LIMIT
 
 
 def plain_value(value: object, kind: str, table: str, column: str) -> Scalar:

@@ -89,7 +89,7 @@ def real_path(path: str | os.PathLike[str]) -> Path:
         real = absolute.resolve(strict=True)
         mode = real.lstat().st_mode
     except FileNotFoundError:
-        raise UsageError(f"no such project: {text}.", f"Create one with: orient new {text}") from None
+        raise UsageError(f"no such project: {text}.", f"Create one with: orient new {text} --from FOLDER") from None
     except (RuntimeError, OSError) as error:
         raise ProjectError(f"{text} cannot be opened: {_reason(error)}.") from None
     if not stat.S_ISREG(mode):

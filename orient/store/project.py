@@ -301,7 +301,7 @@ def create_project(path: str | os.PathLike[str], fill: Callable[[Project], None]
 
         write_empty_project(temporary, form)
         if fill is not None:
-            with Project(preflight(temporary, form), "write", form) as project:
+            with Project(preflight(temporary, form), "write", form, with_checks=False) as project:
                 fill(project)
 
     make_file(new_name(path), write)

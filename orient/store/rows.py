@@ -9,6 +9,7 @@ from typing import Any
 
 from sqlalchemy import Connection
 
+from orient.store.connection import driver_of
 from orient.store.format import Format, TableShape
 from orient.store.plain import CHUNK, PlainTable
 from orient.store.stage_tables import EVENT_TABLE, STAGE_TABLES
@@ -19,7 +20,7 @@ Rows = list[tuple[Scalar, ...]]
 
 def insert_rows(connection: Connection, run_id: int, tables: Mapping[str, PlainTable], form: Format) -> int:
     """Store the rows of a run; the number of rows."""
-    driver = _driver(connection)
+    driver = driver_of(connection)
     for table, rows in tables.items():
         names = ", ".join(f'"{name}"' for name in ("run_id", *rows.names))
         marks = ", ".join("?" * len(rows.names))
@@ -101,16 +102,9 @@ def stored_tables(
     connection: Connection, run_id: int, stage: str, form: Format, seen: Callable[[int], None] = lambda rows: None
 ) -> dict[str, StoredTable]:
     """All tables that a run of this stage may have rows in, the events too."""
-    driver = _driver(connection)
+    driver = driver_of(connection)
     names = (*STAGE_TABLES.get(stage, ()), EVENT_TABLE)
     return {name: StoredTable(driver, run_id, name, form.tables[name], seen) for name in names}
-
-
-def _driver(connection: Connection) -> sqlite3.Connection:
-    """The driver's connection, inside the transaction of `connection`: for millions of rows SQLAlchemy costs twice."""
-    driver = connection.connection.driver_connection
-    assert isinstance(driver, sqlite3.Connection)
-    return driver
 
 
 def _has_bytes(shape: TableShape) -> bool:

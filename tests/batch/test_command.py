@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.batch.reading import latest, rows, versions
-from tests.cli.commands import ROOT, orient
+from tests.cli.commands import ENTRY, ROOT, orient, without
 
 
 @pytest.fixture
@@ -28,6 +28,7 @@ def two(projects: Path) -> Path:
         (("--decimal", "semicolon", "--from", "x"), "--decimal"),
         (("--control", "perhaps"), "is not one of"),
         (("--from", "nowhere"), "nowhere cannot be read"),
+        (("--from", "."), "no folder in . has a photo.toml"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, tuple) else None,
 )
@@ -91,7 +92,7 @@ def test_a_summary_among_the_projects_is_no_project(two: Path) -> None:
 
 def test_list_from_standard_input(two: Path) -> None:
     child = subprocess.run(
-        [sys.executable, "-c", "from orient.cli.main import run; run()", "batch", "-", "--workers", "0"],
+        [sys.executable, "-c", ENTRY, "batch", "-", "--workers", "0"],
         input=b"# the first\nP000.sqlite\n", env={**os.environ, "PYTHONPATH": str(ROOT)}, cwd=two, capture_output=True,
         check=False,
     )  # fmt: skip
@@ -101,9 +102,7 @@ def test_list_from_standard_input(two: Path) -> None:
 
 
 def test_without_dask(two: Path) -> None:
-    code = "import sys; sys.modules['distributed'] = None; from orient.cli.main import run; run()"
-    done = subprocess.run([sys.executable, "-c", code, "batch", two], env={**os.environ, "PYTHONPATH": str(ROOT)},
-                          capture_output=True, text=True, check=False)  # fmt: skip
+    done = without("distributed", "batch", two)
     assert done.returncode == 2
-    assert done.stderr.startswith("orient: batch needs the package distributed for its workers.\n")
+    assert done.stderr.startswith("orient: the workers of batch need distributed, which is not installed\n")
     assert "pip install 'orient[batch]'" in done.stderr

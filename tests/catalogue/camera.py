@@ -245,5 +245,7 @@ CASES: dict[str, Case] = {
         photo=spoiled("x0_mm = -0.006", "x0_mm = 60"),
     ),
     "B18 told": accepted(says=["angles"], photo=added(STATION_ANGLES.format("opk"))),
-    "photo missing": Case(files={"photo.toml": None}, code=2, err="orient: photo.toml: no such file\n"),
+    "photo missing": Case(
+        files={"photo.toml": None}, code=2, says=["no photo.toml in this folder. Give a folder that holds one"]
+    ),
 }

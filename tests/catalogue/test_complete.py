@@ -40,6 +40,9 @@ FUNCTIONS: dict[str, str] = {
     "E17": "tests.catalogue.test_own_way:test_E17_an_old_sqlite_is_named",
     "E18": "tests.cli.test_command_line:test_e18_interpreter_options_change_nothing",
     "E19": "tests.faults.test_crowded:test_of_several_that_make_one_name_exactly_one_wins",
+    "F3": "tests.cli.test_report:test_names_that_are_markup_stay_names",
+    "F4": "tests.cli.test_report:test_the_page_has_all_its_parts_and_nothing_active",
+    "F5": "tests.cli.test_report:test_the_policy_allows_nothing_but_the_style_of_the_page",
     "F6": "tests.catalogue.test_own_way:test_F6_a_picture_holds_no_markup_of_a_name",
     "F9": "tests.cli.test_seal:test_a_stored_name_never_becomes_a_path",
     "F11": "tests.cli.test_plot:test_force_replaces_the_link_and_not_what_it_points_at",
@@ -49,9 +52,6 @@ FUNCTIONS: dict[str, str] = {
 
 OPEN: dict[str, str] = {
     "E4": "no command has a confidence yet",
-    "F3": "names with markup in HTML: with the report",
-    "F4": "names in JSON within HTML: with the report",
-    "F5": "a report that loads nothing: with the report",
     "F7": "Markdown: nothing writes it yet",
     "F10": "one file for each point: nothing exports so yet",
 }

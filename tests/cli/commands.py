@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from orient.cli import main
+from orient.cli.ending import exit_code
 
 ROOT = Path(__file__).parents[2]
 SAMPLES = ROOT / "sample_projects"
@@ -32,7 +33,7 @@ def orient(*words: object) -> Said:
     """The command through the same door as the program's, without a new process."""
     out, err = (io.TextIOWrapper(io.BytesIO(), "utf-8", newline="") for _ in range(2))
     with redirect_stdout(out), redirect_stderr(err):
-        code = main._exit_code(lambda: main.app([str(word) for word in words], prog_name="orient"))
+        code = exit_code(lambda: main.app([str(word) for word in words], prog_name="orient"))
     return Said(code, _text(out), _text(err))
 
 
@@ -54,3 +55,20 @@ def orient_process(*words: object, env: dict[str, str] | None = None, **options:
     child = start(*words, env=env, **options)
     out, err = child.communicate(timeout=60)
     return Said(child.returncode, out.decode("utf-8", "replace"), err.decode("utf-8", "replace"))
+
+
+def in_process(code: str, *words: object) -> "subprocess.CompletedProcess[str]":
+    """Python code of its own, with the words of a command."""
+    return subprocess.run(
+        [sys.executable, "-c", code, *map(str, words)],
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+
+
+def without(package: str, *words: object) -> "subprocess.CompletedProcess[str]":
+    """The command where an optional package is not installed."""
+    return in_process(f"import sys; sys.modules[{package!r}] = None; {ENTRY}", *words)

@@ -13,6 +13,7 @@ from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
 from orient.cli import main
+from orient.cli.ending import exit_code
 from tests.cli.commands import ENTRY, ROOT
 
 ESCAPE = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]|\x1b\][^\x07]*\x07")
@@ -58,7 +59,7 @@ def on_screen(*words: object) -> tuple[int, str]:
     out = Screen(io.BytesIO(), "utf-8", newline="")
     err = io.StringIO()
     with redirect_stdout(out), redirect_stderr(err):
-        code = main._exit_code(lambda: main.app([str(word) for word in words], prog_name="orient"))
+        code = exit_code(lambda: main.app([str(word) for word in words], prog_name="orient"))
     out.flush()
     return code, plain(out.buffer.getvalue().decode("utf-8"))  # type: ignore[attr-defined]
 

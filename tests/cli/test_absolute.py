@@ -160,7 +160,10 @@ def test_a_project_without_a_model_waits_for_nothing(aerial: Path) -> None:
     assert "absolute" not in orient("status", aerial).out
     said = orient("absolute", aerial)
     assert said.code == 1
-    assert said.err == "orient: absolute waits for model\n        Add it with: orient add PROJECT model FILE -m why\n"
+    assert (
+        said.err
+        == "orient: absolute waits for model\n        Add the list model: orient add PROJECT model FILE -m why\n"
+    )
 
 
 def test_a_model_without_control_says_what_it_waits_for(tmp_path: Path) -> None:
@@ -173,6 +176,10 @@ def test_a_model_without_control_says_what_it_waits_for(tmp_path: Path) -> None:
     assert "absolute" in orient("status", alone).out
     assert "absolute" not in orient("status", path).out
     assert orient("absolute", alone).err.startswith("orient: absolute waits for topocentric\n")
+    for words, project in ((("absolute",), "PROJECT"), (("show", "absolute"), alone), (("export", "opk"), alone)):
+        said = orient(words[0], alone, *words[1:], *(["-o", "-"] if words[0] == "export" else []))
+        wanted = "readings" if words[0] == "export" else "control"
+        assert f"Add the list {wanted}: orient add {project} {wanted} FILE -m why" in said.err
 
 
 LINE: dict[str, Xyz] = {f"L{k}": (1000.0 + 200 * k, 2000.0 + 100 * k, 50.0 + 5 * k) for k in range(5)}
@@ -183,7 +190,10 @@ BAD: dict[str, tuple[dict[str, Sequence[object]], dict[str, Xyz], str, str]] = {
         BLOCK, {"Q1": (1.0, 2.0, 3.0), "Q2": (4.0, 2.0, 1.0), "Q3": (0.0, 5.0, 9.0)}, "right",
         "zone A: 0 full, 0 plan-only and 0 height-only control points give 0 equations",
     ),
-    "two points": (given("ff"), modelled(BLOCK), "right", "give 6 equations; the absolute orientation has 7 unknowns"),
+    "two points": (
+        given("ff"), modelled(BLOCK), "right",
+        "give 6 equations; the absolute orientation has 7 unknowns\n",
+    ),
     "heights only": (given("hhhhhh"), modelled(BLOCK), "right", "0 full, 0 plan-only and 6 height-only"),
     "plan only": (given("pppppp"), modelled(BLOCK), "right", "without any height Z_0 is not determined"),
     "on one line": (LINE, modelled(LINE), "right", "lie on one line: the model can turn about it"),

@@ -125,6 +125,12 @@ def test_exclusion_by_hand_needs_a_reason_and_is_kept(tmp_path: Path) -> None:
     assert len(asked(path, EXCLUDED)) == 2
     assert orient("resection", path, "--exclude", "none").code == 0
     assert asked(path, EXCLUDED) == []
+    twice = ("--exclude", "317", "--reason", "roof was rebuilt", "--exclude", "651", "--reason", "wrong house")
+    assert orient("resection", path, *twice).code == 0
+    assert {(row[0], row[3]) for row in asked(path, EXCLUDED)} == {
+        (name, "roof was rebuilt; wrong house") for name in ("317", "651")
+    }
+    assert orient("resection", path, "--exclude", "none").code == 0
     unknown = orient("resection", path, "--exclude", "X99", "--reason", "typo")
     assert unknown.code == 1
     assert 'names "X99", which is no control point' in unknown.err

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from orient.cli import main
+from orient.cli.ending import exit_code
 from orient.errors import GeometryError, InputError, OrientError, Problem, ProjectError, UsageError
 from tests.cli.commands import AERIAL, ENTRY, ROOT, orient, orient_process
 
@@ -79,7 +79,7 @@ def test_e18_interpreter_options_change_nothing(variables: dict[str, str], aeria
 def test_e19_an_existing_name_is_not_touched(aerial: Path) -> None:
     before = aerial.read_bytes()
     said = orient("new", aerial, "--from", AERIAL)
-    assert said.code == 3
+    assert said.code == 2
     assert said.err.startswith(f"orient: {aerial} exists.")
     assert aerial.read_bytes() == before
 
@@ -103,7 +103,7 @@ def test_exit_codes(case: str, capsys: pytest.CaptureFixture[str]) -> None:
     def command() -> None:
         raise error
 
-    assert main._exit_code(command) == code
+    assert exit_code(command) == code
     shown = capsys.readouterr().err
     assert "Traceback" not in shown
     assert case == "exit" or shown.startswith("orient: ")
@@ -112,7 +112,7 @@ def test_exit_codes(case: str, capsys: pytest.CaptureFixture[str]) -> None:
 def test_our_fault_shows_its_traceback_when_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ORIENT_TRACEBACK", "1")
     with pytest.raises(ZeroDivisionError):
-        main._exit_code(lambda: print(1 // 0))
+        exit_code(lambda: print(1 // 0))
 
 
 PROCESSES = {
@@ -149,8 +149,8 @@ def test_what_a_command_does_not_import(case: str, aerial: Path) -> None:
     line, modules = IMPORTS[case]
     words = [str(aerial) if word == PROJECT else word for word in line.split()]
     code = (
-        "import sys\nfrom orient.cli.main import _exit_code, app\n"
-        f"code = _exit_code(lambda: app({words!r}))\n"
+        "import sys\nfrom orient.cli.ending import exit_code\nfrom orient.cli.main import app\n"
+        f"code = exit_code(lambda: app({words!r}))\n"
         f"print('LOADED', *(name for name in {modules.split()!r} if name in sys.modules))\nsys.exit(code)"
     )
     ended = subprocess.run(

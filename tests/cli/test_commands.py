@@ -149,7 +149,7 @@ def test_keys_of_json_are_stable(space: Path) -> None:
     assert all(list(entry) == STATUS_KEYS for entry in status["stages"])
     assert all(list(entry) == LOG_KEYS for entry in json.loads(orient("log", space, "--json").out))
     shown = json.loads(orient("show", space, "refine", "--json").out)
-    assert list(shown) == ["run", "events", "tables", "verification", "later_failures"]
+    assert list(shown) == ["run", "events", "tables", "verification", "later_failures", "stale"]
     assert list(shown["run"]) == RUN_KEYS
     assert all(list(event) == EVENT_KEYS for event in shown["events"])
     found = json.loads(orient("diff", space, "refine", 1, 2, "--json").out)

@@ -111,6 +111,16 @@ def test_every_remedy_belongs_to_a_finding_that_exists() -> None:
     assert set(REMEDIES) <= words
 
 
+def test_show_says_that_a_result_is_out_of_date(aerial: Path) -> None:
+    assert "OUT OF DATE" not in orient("show", aerial, "covariance").out
+    assert json.loads(orient("show", aerial, "covariance", "--json").out)["stale"] == ""
+    assert orient("resection", aerial, "--reject").code == 0
+    why = "resection is version 2, version 1 was read"
+    assert f"  OUT OF DATE: {why}; run: orient run {aerial}\n" in orient("show", aerial, "covariance").out
+    assert json.loads(orient("show", aerial, "covariance", "--json").out)["stale"] == why
+    assert "OUT OF DATE" not in orient("show", aerial, "resection").out
+
+
 def test_a_later_version_that_failed_is_told_until_somebody_decides(aerial: Path) -> None:
     assert orient("resection", aerial, "--max-iterations", "2").code == 1
     lines = orient("status", aerial).out.splitlines()

@@ -1,14 +1,12 @@
 """`orient plot` and `orient show covariance`: pictures that are the same at every run, and files that are not lost."""
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
-from tests.cli.commands import ROOT, orient, orient_process
+from tests.cli.commands import in_process, orient, orient_process, without
 
 PLOTS = ("accuracy", "budget", "ellipses", "iterations", "residuals", "sheet")
 STARTS = {"svg": b"<?xml", "png": b"\x89PNG"}
@@ -126,30 +124,23 @@ def test_a_folder_without_room_is_named(aerial: Path) -> None:
 
 
 def test_without_matplotlib_it_is_said_what_to_install(aerial: Path) -> None:
-    code = "import sys; sys.modules['matplotlib'] = None; from orient.cli.main import run; run()"
-    said = in_process(code, "plot", aerial, "residuals", "-o", aerial.parent / "x.svg")
+    said = without("matplotlib", "plot", aerial, "residuals", "-o", aerial.parent / "x.svg")
     assert said.returncode == 2
     assert said.stderr.splitlines() == [
         "orient: plots need matplotlib, which is not installed",
         "        Install it: pip install 'orient[plot]'",
     ]
-    assert in_process(code, "show", aerial, "covariance").returncode == 0
-
-
-def in_process(code: str, *words: object) -> "subprocess.CompletedProcess[str]":
-    return subprocess.run(
-        [sys.executable, "-c", code, *map(str, words)],
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+    assert without("matplotlib", "show", aerial, "covariance").returncode == 0
 
 
 def test_a_plot_before_its_stage_says_what_to_run(fresh: Path) -> None:
     said = orient("plot", fresh, "accuracy", "-o", fresh.parent / "x.svg")
     assert (said.code, "needs resection, covariance" in said.err) == (2, True)
+    for stage in ("refine", "bl", "topocentric"):
+        assert orient(stage, fresh).code == 0
+    assert orient("resection", fresh, "--max-iterations", "1").code == 1
+    said = orient("plot", fresh, "residuals", "-o", fresh.parent / "x.svg")
+    assert f"It failed: orient show {fresh} resection" in said.err
     said = orient("plot", fresh, "portrait", "-o", fresh.parent / "x.svg")
     assert 'there is no plot "portrait"' in said.err
     assert "Plots are accuracy, budget, ellipses, iterations, residuals, sheet." in said.err

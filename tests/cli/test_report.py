@@ -13,9 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.commands import AERIAL, ENTRY, ROOT, SAMPLES, orient, orient_process
+from tests.cli.commands import AERIAL, ENTRY, ROOT, SAMPLES, orient, orient_process, without
 from tests.cli.report_page import HOSTILE, Page, hostile_project, report
-from tests.cli.test_plot import in_process
 
 ADJUSTED = ["findings", "meaning", "photo", "orientation", "residuals", "reliability", "accuracy", "budget"]
 PDF_DEADLINE_S = 300
@@ -287,10 +286,9 @@ def test_without_a_library_it_is_said_what_to_install(
     aerial: Path, library: str, case: tuple[str, tuple[str, ...], str, str]
 ) -> None:
     name, command, message, extra = case
-    code = f"import sys; sys.modules[{library!r}] = None; from orient.cli.main import run; run()"
-    said = in_process(code, *command, aerial, "-o", aerial.parent / name)
+    said = without(library, *command, aerial, "-o", aerial.parent / name)
     assert said.returncode == 2
-    assert said.stderr.splitlines() == [f"orient: {message}", f"        Install: pip install 'orient[{extra}]'"]
+    assert said.stderr.splitlines() == [f"orient: {message}", f"        Install it: pip install 'orient[{extra}]'"]
 
 
 def test_the_command_loads_nothing_before_it_is_needed() -> None:

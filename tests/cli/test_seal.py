@@ -160,6 +160,7 @@ def test_stale_results_are_said(aerial: Path, tmp_path: Path) -> None:
 BAD = {
     "name is a path": (lambda folder: folder / "x/y.sqlite", None, 2, "does not exist"),
     "own input": (lambda folder: folder / "photo.sqlite", None, 2, "overwrite its own input"),
+    "stream": (lambda folder: "-", None, 2, "not a stream"),
     "side file": (lambda folder: folder / "p.sqlite-wal", None, 2, "belongs to SQLite"),
     "exists": (lambda folder: folder / "there.sqlite", None, 2, "Use --force"),
     "image missing": (lambda folder: folder / "s.sqlite", "no.tif", 2, "no such file"),

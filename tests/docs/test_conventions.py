@@ -10,7 +10,8 @@ import pytest
 from orient.geometry.distortion import Distortion, distort
 from orient.geometry.rotation import matrix_from_aok, matrix_from_opk
 
-DOCS = Path(__file__).parents[2] / "docs"
+ROOT = Path(__file__).resolve().parents[2]
+DOCS = ROOT / "docs"
 SMALL = 0.1
 VIEWS = {
     "alpha": (matrix_from_aok(SMALL, 0, 0), (1, 0)),
@@ -51,10 +52,19 @@ def test_the_opencv_formula_of_the_page() -> None:
     assert distort(lens, [[x, y]])[0] == pytest.approx([f * u_distorted, -f * w_distorted], rel=1e-12)
 
 
-def test_no_link_is_broken() -> None:
-    broken = []
-    for page in DOCS.rglob("*.md"):
-        for target in re.findall(r"\]\(([^)#]+)[^)]*\)", page.read_text("utf-8")):
-            if "://" not in target and not (page.parent / target).exists():
-                broken.append(f"{page.name}: {target}")
-    assert broken == []
+PAGES = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *DOCS.rglob("*.md"), *ROOT.glob("sample_projects/*/*.md")])
+
+
+def linked_from(page: Path) -> dict[str, Path]:
+    """Targets of the links of a page that are files here: as written, and where they lie."""
+    targets = re.findall(r"\]\(([^)#]+)[^)]*\)", page.read_text("utf-8"))
+    return {target: (page.parent / target).resolve() for target in targets if "://" not in target}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_no_link_is_broken(page: Path) -> None:
+    assert [target for target, path in linked_from(page).items() if not path.exists()] == []
+
+
+def test_every_page_is_linked_from_the_readme() -> None:
+    assert set(DOCS.glob("*.md")) - set(linked_from(ROOT / "README.md").values()) == set()

@@ -4,10 +4,7 @@ import csv
 import hashlib
 import io
 import json
-import os
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +12,7 @@ import pytest
 
 from orient.export import FORMATS
 from orient.geometry.rotation import matrix_from_opk, rotation_exp
-from tests.cli.commands import ROOT, orient
+from tests.cli.commands import AERIAL, in_process, orient, without
 from tests.export.conftest import Project
 from tests.export.reprojection import by_collinearity, rows, stored
 from tests.jacobian import central_difference
@@ -154,7 +151,7 @@ def test_a_horizontal_view_has_no_covariance_of_its_angles(project: Project, tmp
 def test_names_are_no_formulas(tmp_path: Path) -> None:
     """`+1` and `-2+3` get an apostrophe in CSV; the numbers stay plain; orient reads its own table back."""
     folder, path = tmp_path / "list", tmp_path / "p.sqlite"
-    shutil.copytree(ROOT / "sample_projects" / "calgary-28", folder)
+    shutil.copytree(AERIAL, folder)
     for file in ("control.csv", "readings.csv"):
         text = (folder / file).read_text("utf-8")
         (folder / file).write_text(text.replace("\n100,", "\n+1+1,").replace("\n102,", "\n-2+3,"), "utf-8")
@@ -169,7 +166,7 @@ def test_names_are_no_formulas(tmp_path: Path) -> None:
 
 REFUSED = {
     "no such format": (("shapefile", "-o", "x.shp"), 2, 'there is no format "shapefile"'),
-    "another ending": (("opencv", "-o", "x.txt"), 2, "the name of a opencv file ends in .yml or .yaml or .json"),
+    "another ending": (("opencv", "-o", "x.txt"), 2, "the name of a file for opencv ends in .yml or .yaml or .json"),
     "exists": (("opk", "-o", "there.csv"), 2, "there.csv exists"),
     "no folder": (("opk", "-o", "no/x.csv"), 2, "does not exist"),
     "a package to print": (("gpkg", "-o", "-"), 2, "gpkg cannot be printed"),
@@ -198,7 +195,7 @@ def test_the_metadata_of_another_file_are_not_replaced(aerial: Path) -> None:
 
 
 def test_what_is_out_of_date_or_failed_is_not_exported(aerial: Path) -> None:
-    samples = ROOT / "sample_projects" / "calgary-28"
+    samples = AERIAL
     few = aerial.parent / "control.csv"
     few.write_text("".join(f"{line}\n" for line in (samples / "control.csv").read_text().splitlines()[:3]))
     assert orient("add", aerial, "control", few, samples / "control.toml", "-m", "two only").code == 0
@@ -214,7 +211,7 @@ def test_what_is_out_of_date_or_failed_is_not_exported(aerial: Path) -> None:
 
 def test_before_the_first_run(tmp_path: Path) -> None:
     path = tmp_path / "p.sqlite"
-    assert orient("new", path, "--from", ROOT / "sample_projects" / "calgary-28").code == 0
+    assert orient("new", path, "--from", AERIAL).code == 0
     said = orient("export", path, "opencv", "-o", tmp_path / "x.yml")
     assert (said.code, "the export opencv needs refine, topocentric, resection" in said.err) == (2, True)
 
@@ -233,22 +230,10 @@ def test_a_disk_without_room_leaves_nothing(aerial: Path) -> None:
 
 
 def test_without_pyogrio_it_is_said_what_to_install(aerial: Path) -> None:
-    code = "import sys; sys.modules['pyogrio'] = None; from orient.cli.main import run; run()"
-    said = in_process(code, "export", aerial, "gpkg", "-o", aerial.parent / "x.gpkg")
+    said = without("pyogrio", "export", aerial, "gpkg", "-o", aerial.parent / "x.gpkg")
     assert said.returncode == 2
     assert said.stderr.splitlines() == [
         "orient: a GeoPackage needs pyogrio, which is not installed",
         "        Install it: pip install 'orient[gis]'",
     ]
-    assert in_process(code, "export", aerial, "opk", "-o", aerial.parent / "x.csv").returncode == 0
-
-
-def in_process(code: str, *words: object) -> "subprocess.CompletedProcess[str]":
-    return subprocess.run(
-        [sys.executable, "-c", code, *map(str, words)],
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+    assert without("pyogrio", "export", aerial, "opk", "-o", aerial.parent / "x.csv").returncode == 0

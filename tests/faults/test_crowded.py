@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from orient.errors import ProjectError
+from orient.errors import UsageError
 from orient.pipeline.registry import STAGES
 from orient.store.check import check_project
 from orient.store.project import create_project, open_project
@@ -90,7 +90,7 @@ def test_of_several_that_make_one_name_exactly_one_wins(
     one.scene(folder)
     ended = [started.ended() for started in [victims.start(*one.words(folder)) for _ in range(4)]]
     with kept.trial(f"4 x {name}"):
-        assert sorted(each.code for each in ended) == [0, 3, 3, 3]
+        assert sorted(each.code for each in ended) == [0, 2, 2, 2]
         assert all(each.err.startswith(f"orient: {folder / COPY} exists.") for each in ended if each.code)
         assert state_of(folder / COPY) == one.new
         assert {path.name for path in folder.iterdir()} == one.names
@@ -212,8 +212,8 @@ def test_a_long_write_does_not_stop_readers(
 def create_one(path: Path, seed: float) -> None:
     try:
         create_project(path, lambda project: [project.append(new_run(project, "photo", seed)), time.sleep(0.2)][0])
-    except ProjectError as error:
-        sys.exit(3 if "exists" in error.message else 4)
+    except UsageError as error:
+        sys.exit(2 if "exists" in error.message else 4)
 
 
 def test_of_two_slow_creations_exactly_one_wins(tmp_path: Path, promise: Promise) -> None:
@@ -224,6 +224,6 @@ def test_of_two_slow_creations_exactly_one_wins(tmp_path: Path, promise: Promise
     for process in both:
         process.join(60)
     with promise("F6").trial("two creations"):
-        assert sorted(str(process.exitcode) for process in both) == ["0", "3"]
+        assert sorted(str(process.exitcode) for process in both) == ["0", "2"]
         assert [file.name for file in tmp_path.iterdir()] == [path.name]
         assert check_project(path).ok

@@ -16,7 +16,7 @@ from tests.faults.victims import KILLED, Ended, Fault, Victims
 from tests.promises import Promise
 
 CleanOf = Callable[[str], Clean]
-STOPPED = b"orient: stopped; nothing was stored by the interrupted step\n"
+STOPPED = b"orient: stopped; no step is stored by half: orient log PROJECT tells what is stored\n"
 
 
 def kill_at_random(clean: Clean, count: int, folder: Path, victims: Victims, promise: Promise, seed: int) -> None:

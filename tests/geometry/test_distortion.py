@@ -175,6 +175,13 @@ def test_a_point_beyond_the_fold_is_named():
         correction(model, [[10.0, 0.0], [0.0, 39.0]])
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_point_far_outside_every_frame_is_refused_without_a_warning():
+    model = Distortion("brown", "ideal_to_distorted", {"k1": -1e-4, "k2": 1e-9, "k3": 1e-12})
+    with pytest.raises(GeometryError, match="cannot be inverted"):
+        correction(model, [[1e60, -1e60]])
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -110,7 +110,15 @@ def test_a_folder_without_photo(tmp_path: Path) -> None:
     (tmp_path / "control.csv").write_text(CONTROL)
     with pytest.raises(InputError) as caught:
         read_project(tmp_path, POINT)
-    assert (str(caught.value), caught.value.exit_code) == ("photo.toml: no such file", 2)
+    said = f"{tmp_path.name}: no photo.toml in this folder. Give a folder that holds one"
+    assert (str(caught.value), caught.value.exit_code) == (said, 2)
+
+
+def test_a_file_for_a_folder(folder: Path) -> None:
+    with pytest.raises(InputError) as caught:
+        read_project(folder / "photo.toml", POINT)
+    said = "photo.toml: is a file. Give the folder that holds photo.toml"
+    assert (str(caught.value), caught.value.exit_code) == (said, 2)
 
 
 def test_words_of_the_command(folder: Path) -> None:

@@ -4,7 +4,7 @@ Sixty scenes of a fixed seed in the ordinary run, with bounds that chance exceed
 the slow run, with the bounds that are promised.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,26 +15,12 @@ from orient.solvers.absolute_result import AbsoluteOrientation
 from orient.solvers.critical_values import Limits, global_test, tau_limits, w_limits
 from orient.solvers.reliability import HARDLY, BlockTests, observation_tests
 from tests.solvers.absolute_scenes import FloatArray, covariances, generator, scene
-from tests.solvers.test_blunder_rates import within
+from tests.solvers.blunder_rates import Counts, large_run_keeps, small_run_keeps
 
 KINDS = "ffffffffpppphhhh"
 KNOWN = w_limits(1.0)
 SIGMA_M, SIGMA_MODEL = 0.02, 0.006
 """Of one coordinate: both sides alike on the ground, the scale is 1 : 0.3."""
-
-
-@dataclass
-class Counts:
-    """What happened in `scenes` scenes."""
-
-    scenes: int = 0
-    tests: int = 0
-    false_w: int = 0
-    false_tau: int = 0
-    rejected_globally: int = 0
-    found: int = 0
-    found_by_tau: int = 0
-    large_named_first: int = 0
 
 
 def drawn(random: np.random.Generator) -> ModelControl:
@@ -107,24 +93,13 @@ def counted(name: str, scenes: int) -> Counts:
 
 def test_rates_of_sixty_models() -> None:
     counts = counted("model rates", 60)
-    n = counts.scenes
-    assert within(counts.found / n, 0.80, n), counts
-    assert within(counts.found_by_tau / n, 0.80, n), counts
     # tests of both sides of a point are nearly one test: a third of them is independent
-    assert within(counts.false_w / counts.tests, 0.001, counts.tests // 3), counts
-    assert within(counts.false_tau / counts.tests, 0.001, counts.tests // 3), counts
-    assert within(counts.rejected_globally / n, 0.05, n), counts
-    assert counts.large_named_first >= 0.98 * n, counts
+    small_run_keeps(counts, counts.tests // 3)
+    assert counts.large_named_first >= 0.98 * counts.scenes, counts
 
 
 @pytest.mark.slow
 def test_promised_rates_of_ten_thousand_models() -> None:
-    """80 +- 1 % found, 0.10 +- 0.02 % false alarms, 5.0 +- 0.7 % global; 10 MDB named first in 99.9 %."""
+    """80 +- 1.5 % found, 0.10 +- 0.02 % false alarms, 5.0 +- 0.7 % global; 10 MDB named first in 99.9 %."""
     counts = counted("promised model rates", 10_000)
-    n = counts.scenes
-    assert counts.found / n == pytest.approx(0.80, abs=0.015), counts
-    assert counts.found_by_tau / n == pytest.approx(0.80, abs=0.02), counts
-    assert counts.false_w / counts.tests == pytest.approx(0.001, abs=2e-4), counts
-    assert counts.false_tau / counts.tests == pytest.approx(0.001, abs=2e-4), counts
-    assert counts.rejected_globally / n == pytest.approx(0.05, abs=0.007), counts
-    assert counts.large_named_first >= 0.999 * n, counts
+    large_run_keeps(counts, found=0.015, false_w=2e-4, globally=0.007)

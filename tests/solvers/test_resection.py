@@ -1,11 +1,13 @@
 """Resection of scenes of known truth: every attitude, partial and weighted control, weak and impossible geometry."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 from orient.errors import GeometryError
 from orient.geometry.collinearity import partials_aok, project
-from orient.solvers.functional_iteration import WEAK_RATIO, Termination
+from orient.solvers.functional_iteration import SAME_VPV, WEAK_RATIO, Termination
 from orient.solvers.resection import Resection, resect
 from tests.solvers.resection_scenes import FloatArray, Scene, any_rotation, generator, looking, scene
 
@@ -54,7 +56,9 @@ def test_normal_case_is_plain_gauss_newton_and_its_records_join() -> None:
     result = resect(s.noisy(0.005, random), s.unit, s.ground, s.f_mm)
     assert all(step.damping == 0 for step in result.iterations)
     assert result.iterations[-1].max_scaled_step <= 1e-10
-    assert [step.vPv for step in result.iterations] == sorted((step.vPv for step in result.iterations), reverse=True)
+    vPv = [step.vPv for step in result.iterations]
+    # at the optimum v'Pv is flat, a smaller change is rounding of the computed coordinates
+    assert all(after <= before * (1 + SAME_VPV) for before, after in pairwise(vPv))
     for step, following in zip(result.iterations, result.iterations[1:], strict=False):
         np.testing.assert_allclose(step.station + step.correction_station, following.station)
         assert step.ground is None

@@ -67,9 +67,9 @@ def test_a_received_file_is_private(full: Path) -> None:
 def test_an_existing_name_is_never_touched(full: Path, copy) -> None:  # type: ignore[no-untyped-def]
     target = full.with_name("copy.orient")
     target.write_text("mine")
-    with pytest.raises(ProjectError, match="exists"):
+    with pytest.raises(UsageError, match="exists"):
         copy(full, target)
-    with pytest.raises(ProjectError, match="exists"):
+    with pytest.raises(UsageError, match="exists"):
         copy(full, full)
     assert target.read_text() == "mine"
 

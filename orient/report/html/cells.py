@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Sequence
 
 from orient.report.language import tr
-from orient.report.text import CONTROL
+from orient.report.text import CONTROL, number
 from orient.units import DEGREES_PER_RADIAN
 
 MISSING = "–"
@@ -26,19 +26,19 @@ def name(value: object) -> str:
 
 def fixed(value: object, decimals: int) -> str:
     """A number with fixed decimals; a dash for what is not known."""
-    return MISSING if value is None else f"{_float(value):.{decimals}f}"
+    return MISSING if value is None else f"{number(value):.{decimals}f}"
 
 
 def digits(value: object, count: int = 4) -> str:
     """A number with `count` significant digits; exponents only where they are needed."""
-    if value is None or not math.isfinite(_float(value)):
+    if value is None or not math.isfinite(number(value)):
         return MISSING
-    size = abs(_float(value))
+    size = abs(number(value))
     if size == 0 or count > ROUNDED:
-        return f"{_float(value):.{count}g}"
+        return f"{number(value):.{count}g}"
     if 10**count <= size < 1e9:
-        return f"{_float(value):.0f}"
-    return f"{_float(value):#.{count}g}".rstrip(".")
+        return f"{number(value):.0f}"
+    return f"{number(value):#.{count}g}".rstrip(".")
 
 
 def scientific(value: float) -> str:
@@ -46,7 +46,7 @@ def scientific(value: float) -> str:
 
 
 def micrometres(value: object, decimals: int = 2) -> str:
-    return MISSING if value is None else f"{MICROMETRES * _float(value):.{decimals}f}"
+    return MISSING if value is None else f"{MICROMETRES * number(value):.{decimals}f}"
 
 
 def in_full(value: object) -> str:
@@ -80,9 +80,3 @@ def first_of(shown: int, total: int) -> str:
 
 def joined(parts: Sequence[str]) -> str:
     return " ".join(part for part in parts if part)
-
-
-def _float(value: object) -> float:
-    if not isinstance(value, int | float):
-        raise TypeError(f"a number was expected, not {value!r}")
-    return float(value)

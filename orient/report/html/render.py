@@ -6,7 +6,7 @@ from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 
-from orient.errors import UsageError
+from orient.errors import NotInstalled
 from orient.report.html.page import Page, build_page
 from orient.report.language import speaking, tr
 
@@ -25,10 +25,7 @@ def require_libraries(names: tuple[str, ...], extra: str) -> None:
     """One sentence that says what to install."""
     missing = [name for name in names if find_spec(name) is None]
     if missing:
-        raise UsageError(
-            f"the report needs {', '.join(missing)}, which {'is' if len(missing) == 1 else 'are'} not installed",
-            f"Install: pip install 'orient[{extra}]'",
-        )
+        raise NotInstalled("the report needs", missing, extra)
 
 
 def render(page: Page, for_print: bool = False) -> str:

@@ -1,4 +1,4 @@
-"""The plots: each is one module with `draw(data) -> Figure`. This page imports no matplotlib."""
+"""The plots: each is one module with `draw(data) -> Figure`. This page imports no matplotlib and no SQL."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -6,6 +6,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, cast
 
+from orient.errors import UsageError
 from orient.report.current import fresh_heads
 from orient.values import Tables
 
@@ -77,7 +78,14 @@ PLOTS = (
     ),
 )
 BY_NAME = {plot.name: plot for plot in PLOTS}
-FORMATS = ("svg", "png")
+ENDINGS = (".svg", ".png")
+
+
+def plot_named(name: str) -> Plot:
+    """The plot; a `UsageError` lists what there is."""
+    if name not in BY_NAME:
+        raise UsageError(f'there is no plot "{name}"', f"Plots are {', '.join(BY_NAME)}.")
+    return BY_NAME[name]
 
 
 def make_plot(path: Path, name: str, format_name: str, part: str = "") -> bytes:

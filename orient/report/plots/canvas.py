@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orient.errors import UsageError
+from orient.errors import NotInstalled
 from orient.intake.camera import frame_centre
 from orient.report.language import tr, trn
 from orient.report.plots import PlotData
@@ -55,7 +55,7 @@ WHITE_BOX = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8
 def require_matplotlib() -> None:
     """Say what to install instead of failing with a traceback."""
     if find_spec("matplotlib") is None:
-        raise UsageError("plots need matplotlib, which is not installed", "Install it: pip install 'orient[plot]'")
+        raise NotInstalled("plots need", ["matplotlib"], "plot")
 
 
 @contextmanager

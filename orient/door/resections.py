@@ -1,0 +1,87 @@
+"""Resections of arrays, without a project: one photo, or many at once."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from orient.errors import UsageError
+from orient.solvers.lean_resection import LeanResection, lean_resection
+from orient.solvers.resection_batch import BatchResection, resection_batch
+
+Array = NDArray[np.float64]
+LEAST_POINTS = 3
+
+
+def resection(
+    image: ArrayLike,
+    ground: ArrayLike,
+    f_mm: float,
+    rotation: ArrayLike,
+    station: ArrayLike,
+    ground_cofactor: ArrayLike | None = None,
+) -> LeanResection:
+    """R, S and the 6 x 6 cofactors of one photo from rough R, S: least squares and nothing else, nothing is stored.
+
+    `image` (n, 2) [mm], refined; `ground` (n, 3) [m], right-handed, without errors, or with covariance / sigma0^2
+    `ground_cofactor` (n, 3, 3) [m^2/mm^2]; `rotation` (3, 3) image axes to ground, `station` (3,). Q belongs to
+    (r, S) with R_new = exp([r]x) R; covariance = sigma0^2 Q, sigma0 [mm]. `converged` is False where it leads nowhere.
+    """
+    x, P = _matched(image, ground, "n")
+    start = _array("rotation", rotation, (3, 3)), _array("station", station, (3,))
+    S = None if ground_cofactor is None else _array("ground_cofactor", ground_cofactor, (len(x), 3, 3))
+    return lean_resection(x, P, float(_focal_lengths(f_mm, 1)[0]), *start, S)
+
+
+def resections(
+    image: ArrayLike,
+    ground: ArrayLike,
+    f_mm: ArrayLike,
+    rotation: ArrayLike | None = None,
+    station: ArrayLike | None = None,
+    *,
+    compiled: bool | None = None,
+) -> BatchResection:
+    """The same for p photos of n points each: `image` (p, n, 2), `ground` (p, n, 3), `f_mm` one or (p,).
+
+    `rotation` (p, 3, 3), `station` (p, 3): rough values; without both, each photo begins as a vertical one and, where
+    that leads to no good fit, with the starts of `orient resection`. `compiled`: with numba (`orient[fast]`), by
+    default where it is installed and there are 100 000 points or more; the results agree to 1e-9.
+    """
+    x, P = _matched(image, ground, "p, n")
+    p = len(x)
+    R = None if rotation is None else _array("rotation", rotation, (p, 3, 3))
+    S = None if station is None else _array("station", station, (p, 3))
+    return resection_batch(x, P, _focal_lengths(f_mm, p), R, S, compiled=compiled)
+
+
+def _matched(image: ArrayLike, ground: ArrayLike, points: str) -> tuple[Array, Array]:
+    x, P = (np.asarray(values, dtype=np.float64) for values in (image, ground))
+    dimensions = points.count(",") + 2
+    fits = x.ndim == P.ndim == dimensions and x.shape[:-1] == P.shape[:-1] and (x.shape[-1], P.shape[-1]) == (2, 3)
+    if not fits:
+        told = f"image has the shape {x.shape} and ground {P.shape}"
+        raise UsageError(told, f"Give image ({points}, 2) and ground ({points}, 3).")
+    if x.shape[-2] < LEAST_POINTS:
+        raise UsageError(f"{x.shape[-2]} points do not determine a photo", f"Give at least {LEAST_POINTS}.")
+    _require_finite("image", x)
+    _require_finite("ground", P)
+    return x, P
+
+
+def _array(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
+    array = np.asarray(values, dtype=np.float64)
+    if array.shape != shape:
+        raise UsageError(f"{name} has the shape {array.shape}", f"Give {name} {shape}.")
+    _require_finite(name, array)
+    return array
+
+
+def _require_finite(name: str, array: Array) -> None:
+    if not np.isfinite(array).all():
+        raise UsageError(f"{name} has numbers that are not finite", "Leave out points without coordinates.")
+
+
+def _focal_lengths(f_mm: ArrayLike, p: int) -> Array:
+    f = np.asarray(f_mm, dtype=np.float64)
+    if f.shape not in ((), (p,)) or not np.all((f > 0) & np.isfinite(f)):
+        raise UsageError("f_mm is not a positive number", f"Give one focal length [mm], or {p}.")
+    return np.broadcast_to(f, (p,))

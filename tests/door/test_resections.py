@@ -1,0 +1,42 @@
+"""Resections of arrays, without a project."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import orient
+from tests.solvers.resection_scenes import generator, scene
+
+S = scene(generator("test_resections"), n=12)
+IMAGE = S.noisy(0.005, generator("test_resections noise"))
+TURN = np.array([[1.0, -0.03, 0.0], [0.03, 1.0, 0.0], [0.0, 0.0, 1.0]])
+
+
+def test_one_photo_and_the_same_among_many() -> None:
+    one = orient.resection(IMAGE, S.ground, S.f_mm, S.rotation, S.station + 1.0)
+    many = orient.resections([IMAGE] * 3, [S.ground] * 3, S.f_mm, [S.rotation] * 3, [S.station + 1.0] * 3)
+    assert one.converged
+    assert many.converged.all()
+    sigma_m = np.sqrt(one.vPv / 18 * np.diag(one.Q)[3:])
+    # both end with a step below 1e-4 sigma, of which the square is left
+    assert np.all(np.abs(many.station - one.station) < 1e-7 * sigma_m)
+    assert np.all(np.abs(one.station - S.station) < 6 * sigma_m)
+
+
+BAD: dict[str, tuple[dict[str, Any], str]] = {
+    "shapes": ({"image": IMAGE[:5]}, "image has the shape"),
+    "too few": ({"image": IMAGE[:2], "ground": S.ground[:2]}, "2 points do not determine"),
+    "not finite": ({"image": IMAGE * np.nan}, "not finite"),
+    "rotation": ({"rotation": TURN[:2]}, "rotation has the shape"),
+    "focal length": ({"f_mm": -1.0}, "f_mm is not a positive number"),
+    "cofactors": ({"ground_cofactor": np.eye(3)}, "ground_cofactor has the shape"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_arrays_get_one_sentence(name: str) -> None:
+    changed, said = BAD[name]
+    given = {"image": IMAGE, "ground": S.ground, "f_mm": S.f_mm, "rotation": S.rotation, "station": S.station}
+    with pytest.raises(orient.UsageError, match=said):
+        orient.resection(**{**given, **changed})
