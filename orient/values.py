@@ -1,6 +1,7 @@
 """What travels between the floors: rows, events, outcomes. Imports nothing of orient."""
 
 import hashlib
+from array import array
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, Self, overload
@@ -16,7 +17,8 @@ Settings = Mapping[str, str | int | float | bool | None]
 class Columns(Sequence[Row]):
     """Rows of a large table, kept by column: a list or an array of floats for each name, all of one length.
 
-    To a reader it is a sequence of rows like any other; the store takes the columns as they are.
+    A masked array stands for floats of which some are not known. To a reader it is a sequence of rows like any other;
+    the store takes the columns as they are.
     """
 
     __slots__ = ("by_name",)
@@ -34,10 +36,14 @@ class Columns(Sequence[Row]):
     @overload
     def __getitem__(self, place: slice) -> "Columns": ...
     def __getitem__(self, place: int | slice) -> "Row | Columns":
-        part = {name: values[place] for name, values in self.by_name.items()}
         if isinstance(place, slice):
-            return Columns(part)
-        return {name: value.item() if hasattr(value, "item") else value for name, value in part.items()}
+            return Columns({name: values[place] for name, values in self.by_name.items()})
+        place = range(len(self))[place]
+        return {name: as_list(values[place : place + 1])[0] for name, values in self.by_name.items()}
+
+    def at(self, places: Sequence[int]) -> "Columns":
+        """The rows at these places."""
+        return Columns({name: _at(values, places) for name, values in self.by_name.items()})
 
     def __iter__(self) -> Iterator[Row]:
         plain = [as_list(values) for values in self.by_name.values()]
@@ -47,6 +53,13 @@ class Columns(Sequence[Row]):
         return isinstance(other, Sequence) and list(self) == list(other)
 
     __hash__ = None  # type: ignore[assignment]
+
+
+def _at(values: Any, places: Sequence[int]) -> Any:
+    if hasattr(values, "dtype"):
+        return values[places]
+    some = [values[place] for place in places]
+    return array(values.typecode, some) if isinstance(values, array) else some
 
 
 def as_list(values: Any) -> Sequence[Scalar]:

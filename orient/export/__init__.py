@@ -25,7 +25,10 @@ class Options:
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """One format: its name, what it holds, the endings of its files, and the stages it needs."""
+    """One format: its name, what it holds, the endings of its files, and the stages it needs.
+
+    `is_streamed`: points go from the project to the file a page at a time.
+    """
 
     name: str
     holds: str
@@ -33,6 +36,7 @@ class Format:
     stages: tuple[str, ...]
     module: str
     is_text: bool = True
+    is_streamed: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,10 +57,12 @@ FORMATS = (
     Format("geojson", "layers for a map in WGS 84", (".geojson", ".json"), ON_THE_GROUND, "geojson"),
     Format("gpkg", "GeoPackage: the same layers with styles for QGIS", (".gpkg",), ON_THE_GROUND, "geopackage", False),
     Format("opencv", "rvec, tvec, K, dist and the control", (".yml", ".yaml", ".json"), ORIENTED, "opencv_file"),
-    Format("opk", "omega, phi, kappa and projection centre", (".csv",), ORIENTED, "tables"),
-    Format("elements", "every element of the orientation", (".csv",), ORIENTED, "tables"),
-    Format("residuals", "image residuals", (".csv",), ORIENTED, "tables"),
-    Format("points", "points on the ground with their covariance", (".csv",), ON_THE_GROUND, "tables"),
+    Format("opk", "omega, phi, kappa and projection centre", (".csv",), ORIENTED, "tables", is_streamed=True),
+    Format("elements", "every element of the orientation", (".csv",), ORIENTED, "tables", is_streamed=True),
+    Format("residuals", "image residuals", (".csv",), ORIENTED, "tables", is_streamed=True),
+    Format(
+        "points", "points on the ground with their covariance", (".csv",), ON_THE_GROUND, "tables", is_streamed=True
+    ),
 )
 BY_NAME = {form.name: form for form in FORMATS}
 

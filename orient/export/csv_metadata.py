@@ -1,7 +1,7 @@
 """What stands beside a CSV file: its columns, where it comes from, and the 6 x 6 covariance (W3C tabular metadata)."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from orient.export.solved import Solved, ground_frame, provenance
@@ -25,11 +25,12 @@ class Column:
 class Table:
     """Columns with their meaning, the rows, and the covariance (6, 6) of the parameters beside them.
 
-    `axes`: what X, Y, Z mean; `covariance` is None near the blind view of the angles.
+    `rows` can be gone through more than once. `axes`: what X, Y, Z mean; `covariance` is None near the blind view of
+    the angles.
     """
 
     columns: Sequence[Column]
-    rows: Sequence[Sequence[Scalar]]
+    rows: Iterable[Sequence[Scalar]]
     axes: str
     parameters: Sequence[str]
     units: Sequence[str]

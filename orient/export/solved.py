@@ -21,6 +21,16 @@ from orient.report.findings import as_json
 from orient.values import Row
 
 OPTIONAL = ("readings", "control", "bl", "covariance")
+EVIDENCE = (
+    "comparator_reading", "cycle_residual", "control_point", "observation_test", "point_test", "external_reliability",
+    "equation", "camera_equation", "iteration_parameter", "resection_start", "start_residual", "error_budget",
+    "ground_covariance_image", "ground_covariance_pair", "focal_sum",
+)  # fmt: skip
+"""Tables with rows for every point that no export shows."""
+POINTS = (
+    "image_point", "geographic_point", "topocentric_point", "image_residual", "adjusted_point", "ground_covariance",
+)  # fmt: skip
+"""Tables of the points; a format that is streamed reads them a page at a time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +77,8 @@ class SolvedPoints:
 def read_solved(path: Path, form: Format) -> Solved:
     """The current results; refused where they are missing, out of date or failed."""
     otherwise = "an export would mix versions"
-    current = read_current(path, form.stages, f"the export {form.name}", otherwise, OPTIONAL)
+    leave_out = {*EVIDENCE, *(POINTS if form.is_streamed else ())}
+    current = read_current(path, form.stages, f"the export {form.name}", otherwise, OPTIONAL, leave_out)
     tables = current.tables
     photo = single(tables["photo"], "photo")
     ground = ground_of(photo)

@@ -13,7 +13,8 @@ from orient.export.solved import Solved, project_axes, read_solved, right_handed
 from orient.geometry.rotation import near_blind_opk, opk_by_rotation, opk_from_matrix
 from orient.pipeline.tables import Array
 from orient.report.csv_text import csv_pieces
-from orient.values import Row, Scalar
+from orient.report.rows import PagedRows
+from orient.values import Scalar
 
 OPK_PARAMETERS = ("X0", "Y0", "Z0", "omega", "phi", "kappa")
 OPK_CONVENTION = (
@@ -132,8 +133,10 @@ RESIDUALS = {
 
 
 def _residuals(solved: Solved) -> Table:
-    rows = solved.current.tables["resection"]["image_residual"]
-    return _plain_table(solved, RESIDUALS, ([row[name] for name in RESIDUALS] for row in rows))
+    sql = (
+        f"SELECT {', '.join(RESIDUALS)} FROM image_residual WHERE run_id = :resection AND point > :after ORDER BY point"
+    )
+    return _plain_table(solved, RESIDUALS, sql, ("resection",))
 
 
 GIVEN = {
@@ -167,23 +170,21 @@ BY_RAY = {
 
 
 def _points(solved: Solved) -> Table:
-    tables = solved.current.tables
-    placed = {str(row["point"]): row for row in tables["topocentric"]["topocentric_point"]}
-    by_ray = {str(row["point"]): row for row in tables["covariance"]["ground_covariance"]}
-    nothing: Row = dict.fromkeys([*PLACED, *BY_RAY])
-
-    def rows() -> Iterator[list[Scalar]]:
-        for row in tables["bl"]["geographic_point"]:
-            place, ray = placed.get(str(row["point"]), nothing), by_ray.get(str(row["point"]), nothing)
-            yield [*(row[name] for name in GIVEN), *(place[name] for name in PLACED), *(ray[name] for name in BY_RAY)]
-
-    return _plain_table(solved, GIVEN | PLACED | BY_RAY, rows())
+    columns = [*(f"g.{name}" for name in GIVEN), *(f"t.{name}" for name in PLACED), *(f"c.{name}" for name in BY_RAY)]
+    sql = f"""
+        SELECT {", ".join(columns)} FROM geographic_point AS g
+        LEFT JOIN topocentric_point AS t ON t.run_id = :topocentric AND t.point = g.point
+        LEFT JOIN ground_covariance AS c ON c.run_id = :covariance AND c.point = g.point
+        WHERE g.run_id = :bl AND g.point > :after ORDER BY g.point
+    """
+    return _plain_table(solved, GIVEN | PLACED | BY_RAY, sql, ("bl", "topocentric", "covariance"))
 
 
-def _plain_table(solved: Solved, columns: Mapping[str, tuple[str, str]], rows: Iterator[list[Scalar]]) -> Table:
+def _plain_table(solved: Solved, columns: Mapping[str, tuple[str, str]], sql: str, stages: Sequence[str]) -> Table:
     """A table of the project as it is; the covariance of the six elements goes beside it."""
     described = [Column(name, text, unit) for name, (text, unit) in columns.items()]
-    return Table(described, list(rows), project_axes(solved), PARAMETERS, UNITS, stored_covariance(solved))
+    rows = PagedRows(solved.current.path, sql, {stage: solved.current.runs[stage].run_id for stage in stages})
+    return Table(described, rows, project_axes(solved), PARAMETERS, UNITS, stored_covariance(solved))
 
 
 BUILDERS: Mapping[str, Callable[[Solved], Table]] = {

@@ -46,10 +46,11 @@ def choose_points(
         consensus = agreeing(start)
         robust = np.flatnonzero(start & ~consensus).tolist()
         start = consensus
-    snooped = snoop(verdicts, start, MOST_ROUNDS if settings["reject"] else MOST_PROPOSALS)
+    is_rejecting = bool(settings["reject"])
+    snooped = snoop(verdicts, start, MOST_ROUNDS if is_rejecting else MOST_PROPOSALS, keep_last=is_rejecting)
     if snooped is None:
         return Choice(start, robust, (), None)
-    if settings["reject"]:
+    if is_rejecting:
         return Choice(snooped.kept, robust, snooped.decisions, snooped.last.adjusted)
     return Choice(start, robust, snooped.decisions, snooped.first.adjusted)
 

@@ -27,7 +27,18 @@ from orient.pipeline.plan_covariance import (
     plan_covariance,
     scale_columns,
 )
-from orient.pipeline.tables import Array, columns, covariances, or_none, required, single
+from orient.pipeline.tables import (
+    Array,
+    by_names,
+    columns,
+    covariances,
+    names,
+    nullable,
+    or_none,
+    required,
+    rows_at,
+    single,
+)
 from orient.solvers.ground_covariance import (
     RayJacobians,
     covariance_factor,
@@ -35,7 +46,7 @@ from orient.solvers.ground_covariance import (
     ray_at_height,
     ray_at_height_jacobians,
 )
-from orient.values import Event, Outcome, Row, Settings, Tables
+from orient.values import Columns, Event, Outcome, Row, Settings, Tables
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,8 +127,9 @@ def _case(resection: Tables, meeting: Meeting, oriented: Oriented, plan: PlanCov
     C = meeting.plan_partials[:, :, :ELEMENTS]
     elements = oriented.variance_scale * oriented.rays.with_known_interior
     in_image = plan.in_image(np.asarray(C @ elements @ C.transpose(0, 2, 1)))
+    residuals = resection["image_residual"]
     return Case(
-        control=columns([row for row in resection["image_residual"] if row["role"] == "control"], "x_mm", "y_mm"),
+        control=columns(residuals, "x_mm", "y_mm")[np.array(names(residuals, "role")) == "control"],
         points=seen.points,
         image=seen.image,
         heights=meeting.points[meeting.met, 2],
@@ -133,7 +145,7 @@ def _case(resection: Tables, meeting: Meeting, oriented: Oriented, plan: PlanCov
 
 def _placed(measured: Observations, resection: Tables) -> tuple[Observations, list[Event]]:
     """Points given completely, or placed by the resection; at the others a ray has no known surface to meet."""
-    adjusted = {row["point"] for row in resection.get("adjusted_point", ())}
+    adjusted = set(names(resection.get("adjusted_point", ())))
     keep = [i for i, known in enumerate(measured.known) if known == "XYZ" or measured.points[i] in adjusted]
     kept = set(keep)
     left_out = [point for i, point in enumerate(measured.points) if i not in kept]
@@ -145,7 +157,7 @@ def _placed(measured: Observations, resection: Tables) -> tuple[Observations, li
 
 
 def _meeting(seen: Observations, oriented: Oriented, resection: Tables, frame: Frame) -> Meeting:
-    adjusted = {str(row["point"]): row for row in resection.get("adjusted_point", ())}
+    adjusted = _Adjusted.of(resection)
     heights = frame.right_handed(_places(seen, adjusted))
     up = frame.right_handed(seen.up)
     through = oriented.rays.seen(seen.image, seen.comparator, measured_of(seen.image_rows))
@@ -158,17 +170,36 @@ def _meeting(seen: Observations, oriented: Oriented, resection: Tables, frame: F
     return Meeting(seen, points, jacobians, horizon(frame, up), _height_variance(seen, adjusted, scale), reading)
 
 
-def _places(seen: Observations, adjusted: Mapping[str, Row]) -> Array:
+@dataclass(frozen=True, slots=True)
+class _Adjusted:
+    """The points that the resection moved, and the place of each in the list."""
+
+    rows: Sequence[Row]
+    place_of: Mapping[str, int]
+
+    @classmethod
+    def of(cls, resection: Tables) -> "_Adjusted":
+        rows = resection.get("adjusted_point", ())
+        return cls(rows, {point: place for place, point in enumerate(names(rows))})
+
+
+def _places(seen: Observations, adjusted: _Adjusted) -> Array:
     """(n, 3) a place at the height of each point: adjusted where the resection moved it, else as given."""
-    rows = [adjusted.get(point, row) for point, row in zip(seen.points, seen.rows, strict=True)]
-    return columns(rows, "X_m", "Y_m", "Z_m")
+    places = seen.ground.copy()
+    moved = [i for i, point in enumerate(seen.points) if point in adjusted.place_of]
+    if moved:
+        at = [adjusted.place_of[seen.points[i]] for i in moved]
+        places[moved] = columns(adjusted.rows, "X_m", "Y_m", "Z_m")[at]
+    return places
 
 
-def _height_variance(seen: Observations, adjusted: Mapping[str, Row], scale: float) -> Array:
+def _height_variance(seen: Observations, adjusted: _Adjusted, scale: float) -> Array:
     """(n,) variance of the given heights, 0 if taken as known; of the adjusted height where none was given."""
     covariance = np.nan_to_num(covariances(seen.rows))
     plan = np.flatnonzero(seen.known == "plan")
-    covariance[plan] = scale * covariances([adjusted[seen.points[i]] for i in plan.tolist()], "q_", "")
+    at = [adjusted.place_of[seen.points[i]] for i in plan.tolist()]
+    if at:
+        covariance[plan] = scale * covariances(rows_at(adjusted.rows, at), "q_", "")
     variance: Array = np.einsum("ni,nij,nj->n", seen.up, covariance, seen.up)
     return variance
 
@@ -182,38 +213,31 @@ def _plan(meeting: Meeting, oriented: Oriented) -> PlanCovariance:
 
 
 def _budget_rows(meeting: Meeting, plan: PlanCovariance, oriented: Oriented) -> Sequence[Row]:
-    names = [meeting.seen.points[i] for i in meeting.met]
+    points = [meeting.seen.points[i] for i in meeting.met]
     T = meeting.plan_partials
-    return budget_rows(names, T, oriented.rays, oriented.variance_scale, plan.reading, plan.height)
+    return budget_rows(points, T, oriented.rays, oriented.variance_scale, plan.reading, plan.height)
 
 
-def _rows(meeting: Meeting, plan: PlanCovariance, frame: Frame) -> list[Row]:
-    seen, known = meeting.seen, meeting.seen.known
+def _rows(meeting: Meeting, plan: PlanCovariance, frame: Frame) -> Columns:
+    seen, met = meeting.seen, meeting.met
     stored = frame.right_handed(meeting.points)
     apart = np.einsum("nij,nj->ni", meeting.axes, meeting.points - frame.right_handed(seen.ground))
-    return [
+    apart = np.where((seen.known == "height")[:, None], np.nan, apart)
+    return Columns(
         {
-            "point": seen.points[i],
-            "role": seen.roles[i],
-            **dict(zip(("X_m", "Y_m", "Z_m"), stored[i].tolist(), strict=True)),
-            **_apart(apart[i], known[i]),
-            **covariance,
+            "point": [seen.points[i] for i in met],
+            "role": [seen.roles[i] for i in met],
+            **by_names(("X_m", "Y_m", "Z_m"), stored[met]),
+            "dX_m": nullable(apart[met, 0]),
+            "dY_m": nullable(apart[met, 1]),
+            **ground_columns(plan),
         }
-        for i, covariance in zip(meeting.met, ground_columns(plan), strict=True)
-    ]
+    )
 
 
-def _image_rows(meeting: Meeting, plan: PlanCovariance) -> list[Row]:
-    return [
-        {"point": meeting.seen.points[i], **scale, **covariance}
-        for i, scale, covariance in zip(meeting.met, scale_columns(plan), image_columns(plan), strict=True)
-    ]
-
-
-def _apart(apart: Array, known: str) -> dict[str, float | None]:
-    if known == "height":
-        return {"dX_m": None, "dY_m": None}
-    return {"dX_m": float(apart[0]), "dY_m": float(apart[1])}
+def _image_rows(meeting: Meeting, plan: PlanCovariance) -> Columns:
+    points = [meeting.seen.points[i] for i in meeting.met]
+    return Columns({"point": points, **scale_columns(plan), **image_columns(plan)})
 
 
 def _pair_rows(meeting: Meeting, oriented: Oriented) -> list[Row]:
@@ -221,12 +245,12 @@ def _pair_rows(meeting: Meeting, oriented: Oriented) -> list[Row]:
     met = np.array(meeting.met, dtype=np.intp)
     first, second = (met[index] for index in np.triu_indices(len(met), 1))
     pairs = pair_covariance(factor, first, second)
-    names = meeting.seen.points
+    points = meeting.seen.points
     keys = ("K_XX_m2", "K_XY_m2", "K_YX_m2", "K_YY_m2")
     return [
         {
-            "point_i": names[i],
-            "point_j": names[j],
+            "point_i": points[i],
+            "point_j": points[j],
             **dict(zip(keys, (or_none(float(value)) for value in K.ravel()), strict=True)),
         }
         for i, j, K in zip(first, second, pairs, strict=True)
@@ -241,8 +265,8 @@ def _level_rays(meeting: Meeting) -> list[Event]:
     ]
 
 
-def _summary(rows: Sequence[Row]) -> str:
-    if not rows:
+def _summary(rows: Columns) -> str:
+    if not len(rows):
         raise OrientError("no ray meets the height of its point", "The photo looks along the horizon.")
     typical = float(np.median(columns(rows, "ellipse_a_m")))
     return f"{len(rows)} points, median semi-major axis {typical:.3g} m"

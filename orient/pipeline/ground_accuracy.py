@@ -11,10 +11,10 @@ from orient.pipeline.frames import Frame
 from orient.pipeline.ground_budget import SeenImage
 from orient.pipeline.oriented import Oriented
 from orient.pipeline.plan_covariance import ground_columns, horizon, image_columns, plan_covariance
-from orient.pipeline.tables import Array, required
+from orient.pipeline.tables import Array, by_names, required
 from orient.solvers.ground_covariance import ray_at_height, ray_at_height_jacobians
 from orient.store.format import current_format
-from orient.values import Row
+from orient.values import Columns, Row
 
 TABLE = "ground_accuracy"
 LARGEST = 1e14
@@ -59,11 +59,10 @@ def map_rows(
         np.full(len(met), height_sigma**2),
     )
     stored = frame.right_handed(points[met])
-    found = {
-        int(i): {**dict(zip(("X_m", "Y_m", "Z_m"), place.tolist(), strict=True)), **on_ground, **in_image}
-        for i, place, on_ground, in_image in zip(met, stored, ground_columns(plan), image_columns(plan), strict=True)
-        if max(abs(value or 0.0) for value in on_ground.values()) < LARGEST
-    }
+    on_ground = ground_columns(plan)
+    is_small = np.max(np.abs(list(on_ground.values())), axis=0) < LARGEST
+    rows = Columns({**by_names(("X_m", "Y_m", "Z_m"), stored), **on_ground, **image_columns(plan)})
+    found = {i: row for i, row, small in zip(met.tolist(), rows, is_small, strict=True) if small}
     side, unseen = round(len(places) ** 0.5), dict.fromkeys(_columns())
     return [
         {**unseen, "line": i // side + 1, "place": i % side + 1, "x_mm": float(x), "y_mm": float(y), **found.get(i, {})}

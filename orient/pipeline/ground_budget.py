@@ -17,14 +17,13 @@ from orient.pipeline.camera import adjusted_camera, camera_effect
 from orient.pipeline.error_sources import HEIGHTS, IMAGE, SOURCES
 from orient.pipeline.frames import Frame
 from orient.pipeline.interior_unknowns import InteriorUnknowns, image_shift, interior_unknowns
-from orient.pipeline.tables import Array, group, required, single
+from orient.pipeline.tables import Array, by_names, group, required, single
 from orient.solvers.packed import unpack_upper
-from orient.values import Row, Tables
+from orient.values import Columns, Row, Tables
 
 ELEMENTS = 6
 PHOTO, POINT = "photo", "point"
 PARTS = ("XX", "XY", "YY")
-Rows = list[dict[str, str | int | float | None]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +125,7 @@ def right_handed_cofactors(rows: Sequence[Row], frame: Frame) -> Array:
 
 def budget_rows(
     points: Sequence[str], T: Array, rays: RayUnknowns, variance_scale: float, reading: Array, height: Array
-) -> Rows:
+) -> Columns:
     """One row for each of the n `points`, source and part; `T` (n, 2, 6+m+k) in the plan axes of each point.
 
     `reading`, `height` (n, 2, 2): covariances of the own reading and the own height, in the same axes.
@@ -136,13 +135,13 @@ def budget_rows(
     parts += [(IMAGE, POINT, reading)]
     if height.any():
         parts.append((HEIGHTS, POINT, height))
-    return [
-        {"point": point, "source": source, "part": part, **_columns(covariance[i])}
-        for i, point in enumerate(points)
-        for source, part, covariance in parts
-    ]
-
-
-def _columns(covariance: Array) -> dict[str, str | int | float | None]:
-    values = (covariance[0, 0], covariance[0, 1], covariance[1, 1])
-    return {f"cov_{part}_m2": float(value) for part, value in zip(PARTS, values, strict=True)}
+    covariances = np.stack([covariance for _, _, covariance in parts], axis=1)
+    packed = covariances[:, :, *np.triu_indices(2)].reshape(-1, len(PARTS))
+    return Columns(
+        {
+            "point": [point for point in points for _ in parts],
+            "source": [source for source, _, _ in parts] * len(points),
+            "part": [part for _, part, _ in parts] * len(points),
+            **by_names([f"cov_{part}_m2" for part in PARTS], packed),
+        }
+    )

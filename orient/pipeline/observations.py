@@ -1,12 +1,12 @@
 """Points that are both measured on the photo and placed on the ground: what a resection is computed from."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from orient.pipeline.frames import Frame
-from orient.pipeline.tables import Array, columns
+from orient.pipeline.tables import Array, columns, names, rows_at
 from orient.units import listed
 from orient.values import Event, Row, Tables
 
@@ -37,8 +37,8 @@ class Observations:
             self.image[keep],
             self.image_covariance[keep],
             self.comparator[keep],
-            [self.rows[index] for index in keep],
-            [self.image_rows[index] for index in keep] if self.image_rows else (),
+            rows_at(self.rows, keep),
+            rows_at(self.image_rows, keep) if self.image_rows else (),
         )
 
     @property
@@ -51,33 +51,34 @@ class Observations:
 
     @property
     def known(self) -> Array:
-        return np.array([str(row["known"]) for row in self.rows])
+        return np.array(names(self.rows, "known"))
 
 
 def observations(refine: Tables, topocentric: Tables) -> tuple[Observations, list[Event]]:
     """Pairs readings with ground points by name, and says what found no partner."""
-    image = {str(row["point"]): row for row in refine["image_point"]}
-    ground = {str(row["point"]): row for row in topocentric["topocentric_point"]}
+    image = {point: place for place, point in enumerate(names(refine["image_point"]))}
+    ground = {point: place for place, point in enumerate(names(topocentric["topocentric_point"]))}
     both = [point for point in image if point in ground]
     events = [
         *_unused(image, ground, "no_control", "are measured on the photo but have no ground coordinates, not used"),
         *_unused(ground, image, "not_measured", "have ground coordinates but are not measured on the photo, not used"),
     ]
-    rows = [image[point] for point in both]
+    rows = rows_at(refine["image_point"], [image[point] for point in both])
+    ground_rows = rows_at(topocentric["topocentric_point"], [ground[point] for point in both])
     packed = columns(rows, "cov_xx_mm2", "cov_xy_mm2", "cov_xy_mm2", "cov_yy_mm2")
     seen = Observations(
         points=both,
-        roles=[str(ground[point]["role"]) for point in both],
+        roles=names(ground_rows, "role"),
         image=columns(rows, "x_mm", "y_mm"),
         image_covariance=packed.reshape(-1, 2, 2),
         comparator=columns(rows, "x_comparator_mm", "y_comparator_mm"),
-        rows=[ground[point] for point in both],
+        rows=ground_rows,
         image_rows=rows,
     )
     return seen, events
 
 
-def _unused(here: Mapping[str, Row], there: Mapping[str, Row], code: str, message: str) -> list[Event]:
+def _unused(here: Collection[str], there: Collection[str], code: str, message: str) -> list[Event]:
     """One event for all points that have no partner."""
     alone = [point for point in here if point not in there]
     if not alone:

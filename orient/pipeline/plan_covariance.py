@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from orient.pipeline.frames import Frame
-from orient.pipeline.tables import Array
+from orient.pipeline.tables import Array, by_names
 from orient.solvers.ground_covariance import RayJacobians, error_ellipse, ground_covariance
 from orient.units import DEGREES_PER_RADIAN
 
@@ -58,51 +58,43 @@ def horizon(frame: Frame, up: Array) -> Array:
     return np.stack([first, second], axis=1)
 
 
-def ground_columns(plan: PlanCovariance) -> list[dict[str, float | None]]:
-    """The three parts, the standard deviations and the ellipse on the ground, one row per point."""
+def ground_columns(plan: PlanCovariance) -> dict[str, Array]:
+    """The three parts, the standard deviations and the ellipse on the ground, one value per point in each column."""
     total = plan.total
-    return [
-        {
-            **_part("K", ON_GROUND, "m2", plan.orientation[i]),
-            **_part("reading", ON_GROUND, "m2", plan.reading[i]),
-            **_part("height", ON_GROUND, "m2", plan.height[i]),
-            "sigma_X_m": float(np.sqrt(total[i, 0, 0])),
-            "sigma_Y_m": float(np.sqrt(total[i, 1, 1])),
-            **_ellipse(total[i], "m", "azimuth"),
-        }
-        for i in range(len(total))
-    ]
-
-
-def image_columns(plan: PlanCovariance) -> list[dict[str, float | None]]:
-    """The part of the orientation, the standard deviations and the ellipse in the scale of the image."""
-    K, total = plan.in_image(plan.orientation), plan.in_image(plan.total)
-    return [
-        {
-            **_part("K", IN_IMAGE, "mm2", K[i]),
-            "sigma_x_mm": float(np.sqrt(total[i, 0, 0])),
-            "sigma_y_mm": float(np.sqrt(total[i, 1, 1])),
-            **_ellipse(total[i], "mm", "direction"),
-        }
-        for i in range(len(total))
-    ]
-
-
-def scale_columns(plan: PlanCovariance) -> list[dict[str, float | None]]:
-    """B, element by element."""
-    names = ("dx_dX_mm_m", "dx_dY_mm_m", "dy_dX_mm_m", "dy_dY_mm_m")
-    return [dict(zip(names, B.ravel().tolist(), strict=True)) for B in plan.scale]
-
-
-def _part(name: str, axes: tuple[str, str, str], unit: str, covariance: Array) -> dict[str, float | None]:
-    values = (covariance[0, 0], covariance[0, 1], covariance[1, 1])
-    return {f"{name}_{pair}_{unit}": float(value) for pair, value in zip(axes, values, strict=True)}
-
-
-def _ellipse(covariance: Array, unit: str, angle: str) -> dict[str, float | None]:
-    ellipse = error_ellipse(covariance)
     return {
-        f"ellipse_a_{unit}": ellipse.a,
-        f"ellipse_b_{unit}": ellipse.b,
-        f"ellipse_{angle}_deg": ellipse.azimuth * DEGREES_PER_RADIAN,
+        **_part("K", ON_GROUND, "m2", plan.orientation),
+        **_part("reading", ON_GROUND, "m2", plan.reading),
+        **_part("height", ON_GROUND, "m2", plan.height),
+        "sigma_X_m": np.sqrt(total[:, 0, 0]),
+        "sigma_Y_m": np.sqrt(total[:, 1, 1]),
+        **_ellipse(total, "m", "azimuth"),
+    }
+
+
+def image_columns(plan: PlanCovariance) -> dict[str, Array]:
+    """The part of the orientation, the standard deviations and the ellipse in the scale of the image, by column."""
+    K, total = plan.in_image(plan.orientation), plan.in_image(plan.total)
+    return {
+        **_part("K", IN_IMAGE, "mm2", K),
+        "sigma_x_mm": np.sqrt(total[:, 0, 0]),
+        "sigma_y_mm": np.sqrt(total[:, 1, 1]),
+        **_ellipse(total, "mm", "direction"),
+    }
+
+
+def scale_columns(plan: PlanCovariance) -> dict[str, Array]:
+    """B, element by element, by column."""
+    return by_names(("dx_dX_mm_m", "dx_dY_mm_m", "dy_dX_mm_m", "dy_dY_mm_m"), plan.scale.reshape(-1, 4))
+
+
+def _part(name: str, axes: tuple[str, str, str], unit: str, covariance: Array) -> dict[str, Array]:
+    return by_names([f"{name}_{pair}_{unit}" for pair in axes], covariance[:, *np.triu_indices(2)])
+
+
+def _ellipse(covariance: Array, unit: str, angle: str) -> dict[str, Array]:
+    ellipses = [error_ellipse(K) for K in covariance]
+    return {
+        f"ellipse_a_{unit}": np.array([ellipse.a for ellipse in ellipses]),
+        f"ellipse_b_{unit}": np.array([ellipse.b for ellipse in ellipses]),
+        f"ellipse_{angle}_deg": np.array([ellipse.azimuth for ellipse in ellipses]) * DEGREES_PER_RADIAN,
     }

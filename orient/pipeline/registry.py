@@ -159,6 +159,11 @@ BY_NAME = {stage.name: stage for stage in STAGES}
 ALL_STAGES = INPUT_STAGES + tuple(BY_NAME)
 
 
+EVIDENCE_TABLES = (
+    "cycle_residual", "iteration_parameter", "equation", "camera_equation", "observation_test", "point_test",
+    "external_reliability",
+)  # fmt: skip
+"""Large tables that no stage reads: they prove a result, and nothing is computed from them."""
 FINAL_STAGES = ("resection", "absolute")
 """Stages whose result is the orientation itself."""
 

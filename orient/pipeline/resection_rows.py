@@ -1,6 +1,7 @@
 """A resection's numbers as rows of the project file, in the frame of T'."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -18,11 +19,23 @@ from orient.geometry.rotation import (
 from orient.pipeline.camera import measured_of
 from orient.pipeline.frames import Frame
 from orient.pipeline.observations import Observations
-from orient.pipeline.tables import COVARIANCE_PARTS, UPPER_3, Array, columns, named, named_packed_rows, or_none
+from orient.pipeline.tables import (
+    COVARIANCE_PARTS,
+    UPPER_3,
+    Array,
+    by_names,
+    columns,
+    joined,
+    named,
+    named_packed_rows,
+    nullable,
+    or_none,
+    rows_at,
+)
 from orient.solvers.camera_unknowns import CameraUnknowns
 from orient.solvers.resection import Resection
 from orient.units import DEGREES_PER_RADIAN
-from orient.values import Row
+from orient.values import Columns, Row
 
 ANGLES_AOK = ("alpha", "omega", "kappa")
 ANGLES_OPK = ("omega", "phi", "kappa")
@@ -30,6 +43,8 @@ ROTATIONS = ("rotation_1", "rotation_2", "rotation_3")
 STATION = ("X_S", "Y_S", "Z_S")
 QUATERNION = ("q_w", "q_x", "q_y", "q_z")
 Rows = list[dict[str, str | int | float | None]]
+Table = dict[str, Any]
+"""A table by column."""
 
 
 def result_tables(
@@ -50,10 +65,12 @@ def result_tables(
         "orientation": [_orientation_row(found, frame, sigma0, scale, use_posteriori)],
         "orientation_angle": _angle_rows(found, frame, scale),
         "cofactor": _cofactor_rows(found, frame),
-        "image_residual": [
-            *_control_residuals(found, control),
-            *(row for points in others for row in _other_residuals(found, frame, points, interior)),
-        ],
+        "image_residual": joined(
+            [
+                _control_residuals(found, control),
+                *(_other_residuals(found, frame, points, interior) for points in others),
+            ]
+        ),
         "adjusted_point": _adjusted_rows(found, frame, control),
     }
 
@@ -141,59 +158,49 @@ def _packed_rows(unknowns: str, unknown_names: Sequence[str], matrix: Array) -> 
     return [{"unknowns": unknowns, **row} for row in named_packed_rows(matrix, unknown_names)]
 
 
-def _control_residuals(found: Resection, control: Observations) -> Rows:
-    return [
-        {
-            "point": point,
-            "role": "control",
-            **named(("x_mm", "y_mm"), found.measured[index]),
-            **named(("vx_mm", "vy_mm"), found.residuals[index]),
-            **named(("redundancy_x", "redundancy_y"), found.redundancy_numbers[index]),
-            "depth_m": -float(found.zs[index]),
-        }
-        for index, point in enumerate(control.points)
-    ]
+def _control_residuals(found: Resection, control: Observations) -> Table:
+    return {
+        "point": list(control.points),
+        "role": ["control"] * len(control.points),
+        **by_names(("x_mm", "y_mm"), found.measured),
+        **by_names(("vx_mm", "vy_mm"), found.residuals),
+        **by_names(("redundancy_x", "redundancy_y"), found.redundancy_numbers),
+        "depth_m": -found.zs,
+    }
 
 
-def _other_residuals(found: Resection, frame: Frame, check: Observations, interior: CameraUnknowns | None) -> Rows:
+def _other_residuals(found: Resection, frame: Frame, check: Observations, interior: CameraUnknowns | None) -> Table:
     """Computed minus measured at check or excluded points; partly given ones cannot be compared."""
-    full = [index for index, known in enumerate(check.known) if known == "XYZ"]
-    if not full:
-        return []
+    full = np.flatnonzero(check.known == "XYZ").tolist()
     computed, zs = project(frame.right_handed(check.ground[full]), found.station, found.rotation, found.f_mm)
     measured = check.image[full]
     residuals = computed - measured
     if interior is not None:
-        rows = [check.image_rows[index] for index in full]
+        rows = rows_at(check.image_rows, full)
         moved = measured - columns(rows, "x_mm", "y_mm")
         lens = camera_equations(interior.at(found.camera), (), computed, measured_of(rows))
         measured, residuals = lens.measured + moved, lens.misclosure - moved
-    return [
-        {
-            "point": check.points[index],
-            "role": "check" if check.roles[index] == "check" else "excluded",
-            **named(("x_mm", "y_mm"), measured[row]),
-            **named(("vx_mm", "vy_mm"), residuals[row]),
-            "redundancy_x": None,
-            "redundancy_y": None,
-            "depth_m": -float(zs[row]),
-        }
-        for row, index in enumerate(full)
-    ]
+    return {
+        "point": [check.points[index] for index in full],
+        "role": ["check" if check.roles[index] == "check" else "excluded" for index in full],
+        **by_names(("x_mm", "y_mm"), measured),
+        **by_names(("vx_mm", "vy_mm"), residuals),
+        **by_names(("redundancy_x", "redundancy_y"), nullable(np.full_like(residuals, np.nan))),
+        "depth_m": -zs,
+    }
 
 
-def _adjusted_rows(found: Resection, frame: Frame, control: Observations) -> Rows:
+def _adjusted_rows(found: Resection, frame: Frame, control: Observations) -> Sequence[Row]:
     if found.iterations[-1].ground is None:
         return []
     place, cofactor = frame.right_handed(found.ground), frame.right_handed_matrix(found.ground_cofactors)
     moved = place - control.ground
     keys = [f"q_{part}" for part in COVARIANCE_PARTS]
-    return [
+    return Columns(
         {
-            "point": point,
-            **named(("X_m", "Y_m", "Z_m"), place[index]),
-            **named(("dX_m", "dY_m", "dZ_m"), moved[index]),
-            **named(keys, cofactor[index][UPPER_3]),
+            "point": list(control.points),
+            **by_names(("X_m", "Y_m", "Z_m"), place),
+            **by_names(("dX_m", "dY_m", "dZ_m"), moved),
+            **by_names(keys, cofactor[:, UPPER_3[0], UPPER_3[1]]),
         }
-        for index, point in enumerate(control.points)
-    ]
+    )

@@ -99,6 +99,13 @@ def _observation_rows(task: Task, tested: Tested) -> Columns:
 
 def _names(task: Task, tested: Tested, group: int, at: Sequence[tuple[int, int]]) -> dict[str, list[Scalar]]:
     """`_name` of the observations of a group, by column."""
+    if group == 0:
+        of_points = tested.solved.control.points
+        kinds, axes, units = zip(*(AXES[k] for _, k in at), strict=True)
+        points = [of_points[block] for block, _ in at]
+        return {
+            "kind": list(kinds), "part": [""] * len(at), "point": points, "axis": list(axes), "unit": list(units)
+        }  # fmt: skip
     rows = [_name(task, tested, group, block, k) for block, k in at]
     return {name: [row[name] for row in rows] for name in NAMES}
 

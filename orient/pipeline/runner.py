@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from orient.errors import OrientError, UsageError
-from orient.pipeline.registry import ABOUT_RUNS, BY_NAME, IMAGE, STAGES, Stage, how_to_get
+from orient.pipeline.registry import ABOUT_RUNS, BY_NAME, EVIDENCE_TABLES, IMAGE, STAGES, Stage, how_to_get
 from orient.pipeline.setting_values import check_settings
 from orient.store.digest import content_of, input_digest
 from orient.store.project import NewRun, Project, RunInfo, create_project, open_project
@@ -156,7 +156,9 @@ def _run(project: Project, stage: Stage, settings: Settings, reason: str, again:
     known = None if again else _known_run(project, stage, full, basis)
     if known is not None:
         return _reuse(project, stage, known, reason)
-    outcome = outcome_of(stage, {name: project.read_columns(run.run_id) for name, run in inputs.items()}, full)
+    read = {name: project.read_columns(run.run_id, EVIDENCE_TABLES) for name, run in inputs.items()}
+    outcome = outcome_of(stage, read, full)
+    del read  # what was read and what is to be stored are never in memory together
     repeated = _same_failure(project, stage, digest, outcome) if outcome.error and not again else None
     if repeated is not None:
         return Result(stage.name, repeated, computed=False, events=outcome.events, hint=outcome.hint)

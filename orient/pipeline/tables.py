@@ -18,15 +18,29 @@ UPPER_3 = np.triu_indices(3)
 def columns(rows: Sequence[Row], *names: str) -> Array:
     """The named columns as an (n, k) array; NULL becomes NaN."""
     if isinstance(rows, Columns):
-        by_name = [np.array(as_list(rows.by_name[name]), dtype=np.float64) for name in names]  # None becomes NaN
-        return np.array(by_name).reshape(len(names), len(rows)).T.copy()
-    values = [[np.nan if row[name] is None else row[name] for name in names] for row in rows]
-    return np.array(values, dtype=np.float64).reshape(len(rows), len(names))
+        values = np.empty((len(rows), len(names)))
+        for place, name in enumerate(names):
+            values[:, place] = _floats(rows.by_name[name])
+        return values
+    cells = [[np.nan if row[name] is None else row[name] for name in names] for row in rows]
+    return np.array(cells, dtype=np.float64).reshape(len(rows), len(names))
 
 
-def nullable(values: Array) -> list[float | None]:
-    """Floats, or None for what is not finite; by column as `or_none` by value."""
-    return np.where(np.isfinite(values), values, None).tolist()  # type: ignore[no-any-return, call-overload]
+def _floats(values: Any) -> Array:
+    """A column as floats; what is not known becomes NaN."""
+    if isinstance(values, np.ma.MaskedArray):
+        return np.asarray(values.filled(np.nan))
+    return np.array(values, dtype=np.float64)
+
+
+def nullable(values: Array) -> Any:
+    """A column of floats in which what is not finite is not known; by column as `or_none` by value."""
+    return np.ma.masked_invalid(values)
+
+
+def by_names(names: Sequence[str], values: Array) -> dict[str, Array]:
+    """Columns of the parts (n, k) of a vector, one for each of the k names."""
+    return dict(zip(names, values.T, strict=True))
 
 
 def named(keys: Sequence[str], values: Array) -> dict[str, float]:
@@ -36,7 +50,20 @@ def named(keys: Sequence[str], values: Array) -> dict[str, float]:
 
 def joined(parts: Sequence[Mapping[str, Any]]) -> Columns:
     """One table from parts of it by column, all with the same names."""
-    return Columns({name: [value for part in parts for value in as_list(part[name])] for name in parts[0]})
+    return Columns({name: _end_to_end([part[name] for part in parts]) for name in parts[0]})
+
+
+def _end_to_end(parts: Sequence[Any]) -> Any:
+    if len(parts) == 1:
+        return parts[0]
+    if all(isinstance(part, np.ndarray) for part in parts):
+        return np.ma.concatenate(parts)  # type: ignore[no-untyped-call]
+    return [value for part in parts for value in as_list(part)]
+
+
+def rows_at(rows: Sequence[Row], places: Sequence[int]) -> Sequence[Row]:
+    """The rows at these places, by column if they are kept so."""
+    return rows.at(places) if isinstance(rows, Columns) else [rows[place] for place in places]
 
 
 def names(rows: Sequence[Row], column: str = "point") -> list[str]:

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orient.pipeline.tables import Array, or_none
+from orient.pipeline.tables import Array, nullable, or_none
 from orient.solvers.critical_values import Limits, global_test
 from orient.solvers.reliability import HARDLY, UNTESTED, BlockTests
 from orient.solvers.snooping import IntArray, fit_probability
-from orient.values import Row
+from orient.values import Columns, Row
 
 MOST_CORRELATED = 400
 MOST_EFFECTS = 1000
@@ -102,19 +102,17 @@ def verdicts(w: Array, share: Array, limits: Limits) -> list[str]:
 
 def point_rows(
     part: str, names: Sequence[str], T: Array, freedom: IntArray, redundancy: int, limits: Limits
-) -> list[Row]:
+) -> Columns:
     """All coordinates of a reading together."""
-    chance = _probability(T, freedom, redundancy, limits)
-    return [
+    return Columns(
         {
-            "part": part,
-            "point": name,
-            "statistic": or_none(T[i]),
-            "freedom": int(freedom[i]),
-            "probability": or_none(chance[i]),
+            "part": [part] * len(names),
+            "point": list(names),
+            "statistic": nullable(T),
+            "freedom": freedom.tolist(),
+            "probability": nullable(_probability(T, freedom, redundancy, limits)),
         }
-        for i, name in enumerate(names)
-    ]
+    )
 
 
 def _probability(T: Array, freedom: IntArray, redundancy: int, limits: Limits) -> Array:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from orient.errors import OrientError
-from orient.pipeline.tables import Array, covariances
+from orient.pipeline.tables import Array, covariances, names
 from orient.values import Row
 
 SMALL_EIGENVALUE = 1e-12
@@ -57,4 +57,4 @@ def ground_weights(rows: Sequence[Row], control: str, sigma0: float, covariance:
     inverse = np.where(varies, 1.0 / np.where(varies, eigenvalues, 1.0), 0.0)
     projector = vectors * varies[:, None, :] @ vectors.transpose(0, 2, 1)
     weight = sigma0**2 * (vectors * inverse[:, None, :] @ vectors.transpose(0, 2, 1))
-    return GroundWeights(projector, weight, np.array([str(row["known"]) for row in rows]))
+    return GroundWeights(projector, weight, np.array(names(rows, "known")))

@@ -1,6 +1,6 @@
 """The current results of some stages, all of one moment: what a picture or an export is made from."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 class Current:
     """Tables and runs of the current results by stage, and the findings of everything that is current."""
 
+    path: Path
     tables: Mapping[str, Tables]
     runs: Mapping[str, "RunInfo"]
     findings: Sequence[Finding]
@@ -28,10 +29,17 @@ class Current:
         return {stage: run.version for stage, run in self.runs.items()}
 
 
-def read_current(path: Path, stages: Sequence[str], what: str, otherwise: str, with_: Sequence[str] = ()) -> Current:
+def read_current(
+    path: Path,
+    stages: Sequence[str],
+    what: str,
+    otherwise: str,
+    with_: Sequence[str] = (),
+    leave_out: Collection[str] = (),
+) -> Current:
     """Tables of `stages`, refused where one is missing or out of date, and of those `with_` that are current.
 
-    `what` needs them; `otherwise` says what a mixture would do.
+    `what` needs them; `otherwise` says what a mixture would do. `leave_out`: large tables that it does not read.
     """
     from orient.report.status import current_findings
     from orient.store.project import open_project
@@ -40,7 +48,8 @@ def read_current(path: Path, stages: Sequence[str], what: str, otherwise: str, w
         stale = _stale(project)
         beside = [stage for stage in with_ if stage not in stale and stage not in stages]
         runs = fresh_heads(project, stages, what, otherwise, beside)
-        return Current(_tables(project, tuple(runs)), runs, current_findings(project))
+        tables = {stage: project.read_columns(run.run_id, leave_out) for stage, run in runs.items()}
+        return Current(project.path, tables, runs, current_findings(project))
 
 
 def fresh_heads(
@@ -63,8 +72,3 @@ def fresh_heads(
 
 def _stale(project: "Project") -> set[str]:
     return {str(row[0]) for row in project.query("SELECT stage FROM v_stale WHERE is_stale")[1]}
-
-
-def _tables(project: "Project", stages: Sequence[str]) -> dict[str, Tables]:
-    heads = project.heads()
-    return {stage: project.read_tables(heads[stage].run_id) for stage in stages}

@@ -1,6 +1,7 @@
 """What the tests of an adjustment say, for people: the weakest and most suspicious readings first."""
 
 from collections.abc import Sequence
+from heapq import nsmallest
 
 from orient.report.text import cell
 from orient.values import Row, Scalar, Tables
@@ -60,12 +61,12 @@ def _exclusions(rows: Sequence[Row]) -> Shown:
 
 def _observations(rows: Sequence[Row], most: int) -> Shown:
     """MDB is the smallest error that the test finds with power 0.80."""
-    ranked = sorted(rows, key=_place)
+    ranked = nsmallest(most, rows, key=_place)
     title = "Reliability: smallest error (MDB) found with 80 %; its effect if it is not found"
     if any(row["unit"] == MODEL for row in rows):
         title += "\nX Y Z: given on the ground; x y z: of the model, in its own units"
-    if len(ranked) > most:
-        title += f"\n{most} of {len(ranked)} observations, the weakest first"
+    if len(rows) > most:
+        title += f"\n{most} of {len(rows)} observations, the weakest first"
     cells = [
         [
             f"{row['part']} {row['point']} {row['axis']}".strip(),
@@ -77,7 +78,7 @@ def _observations(rows: Sequence[Row], most: int) -> Shown:
             cell(row["rho"], 2),
             "" if row["verdict"] == "good" else str(row["verdict"]),
         ]
-        for row in ranked[:most]
+        for row in ranked
     ]
     return title, ["reading", "r", "w, tau", "MDB", "BNR", "ground m", "rho", ""], cells
 

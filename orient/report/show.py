@@ -20,6 +20,8 @@ from orient.store.project import Project, RunInfo, open_project
 from orient.values import Row, Tables
 
 SHOWN_ROWS = 25
+NOT_SHOWN = ("equation", "camera_equation", "external_reliability", "cycle_residual", "iteration_parameter")
+"""Large tables that only the JSON holds."""
 SHOWN_STAGES = (*ALL_STAGES, IMAGE, *ABOUT_RUNS)
 TEXT_HEADERS = ("reading", "point", "action", "by", "reason", "")
 
@@ -33,7 +35,8 @@ def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bo
         run = project.run(stage, version) if version else project.heads().get(stage) or _last(project, stage)
         if run is None:
             raise UsageError(f"{stage} has no current version", _remedy(stage, path, project.heads()))
-        tables, events = project.read_tables(run.run_id), project.events(run.run_id)
+        tables = project.read_columns(run.run_id, () if as_json else NOT_SHOWN)
+        events = project.events(run.run_id)
         verdict = next((row for row in known_verdicts(project) if _is_about(row, run)), None)
         stale = _why_stale(project, run)
         later = [] if version else [finding for finding in later_failures(project) if finding.stage == stage]
@@ -42,7 +45,7 @@ def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bo
         content = {
             "run": asdict(run),
             "events": events_shown,
-            "tables": tables,
+            "tables": {name: list(rows) for name, rows in tables.items()},
             "verification": verdict,
             "later_failures": findings_as_json(later),
             "stale": stale,

@@ -25,6 +25,8 @@ IMAGE, GROUND = (0, 1), (2, 3, 4)
 """Places of the coordinates in the block of a point."""
 TURNED_AWAY = 1e-2
 """Weight of an axis, relative to the largest, below which a point given in part was not given along this axis."""
+AT_ONCE = 2048
+"""Points whose effects at all probes are in memory at once."""
 MOST_PROBES = 60
 """Points at which the effect on the ground is looked at; far apart, so that the largest is among them."""
 
@@ -127,9 +129,18 @@ def largest_ground_shift(
     seen = np.flatnonzero(np.isfinite(C).all(axis=(1, 2)))
     if not len(seen):
         return np.full(effect.shape[:2], np.nan), np.full(effect.shape[:2], -1)
-    shifts = np.linalg.norm(np.einsum("pce,nke->nkpc", C[seen], effect), axis=3)
+    metres, largest = np.empty(effect.shape[:2]), np.empty(effect.shape[:2], dtype=np.intp)
+    for begin in range(0, len(effect), AT_ONCE):
+        some = slice(begin, begin + AT_ONCE)
+        metres[some], largest[some] = _largest_of(C[seen], effect[some])
+    return metres, probes[seen][largest]
+
+
+def _largest_of(C: FloatArray, effect: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
+    """max_j |C_j de| and j, (n, k) each, from C (p, 3, u) and changes of the elements (n, k, u)."""
+    shifts = np.linalg.norm(np.einsum("pce,nke->nkpc", C, effect), axis=3)
     largest = np.argmax(np.nan_to_num(shifts, nan=-1.0), axis=2)
-    return np.take_along_axis(shifts, largest[:, :, None], axis=2)[:, :, 0], probes[seen][largest]
+    return np.take_along_axis(shifts, largest[:, :, None], axis=2)[:, :, 0], largest
 
 
 def _image_by_camera(found: Resection, probes: NDArray[np.intp]) -> FloatArray:

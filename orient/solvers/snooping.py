@@ -74,7 +74,11 @@ class Snooped(Generic[Adjusted]):
 
 
 def snoop(
-    adjust: Callable[[BoolArray], Verdicts[Adjusted] | None], start: BoolArray, most_rounds: int = MOST_ROUNDS
+    adjust: Callable[[BoolArray], Verdicts[Adjusted] | None],
+    start: BoolArray,
+    most_rounds: int = MOST_ROUNDS,
+    *,
+    keep_last: bool = True,
 ) -> Snooped[Adjusted] | None:
     """Exclude the point with the largest |w| above its critical value, adjust again, until none is left.
 
@@ -83,6 +87,7 @@ def snoop(
     excluded so far are tested with the orientation of the others; one that fits it comes back. It ends without an
     exclusion when two suspects are not separable (|rho| > 0.9), when fewer than two redundant equations would stay, or
     when the rest does not determine the unknowns. None when the first adjustment has no result.
+    Without `keep_last` only the first adjustment is kept, for who asks for proposals: `last` then repeats it.
     Source: W. Baarda 1968; iterative form e.g. H. Kok 1984.
     """
     first = look = adjust(start)
@@ -99,7 +104,8 @@ def snoop(
             decisions += [] if trial.tobytes() in seen and following else [_stopped(decision)]
             break
         decisions.append(decision)
-        kept, look = trial, following
+        kept, look = trial, following if keep_last else replace(following, adjusted=first.adjusted)
+        following = None
         seen.add(trial.tobytes())
     return Snooped(kept, tuple(decisions), first, look)
 

@@ -37,11 +37,7 @@ class PlainTable:
     @property
     def used(self) -> list[str]:
         """Columns with any value."""
-        return [
-            name
-            for name, values in zip(self.names, self.columns, strict=True)
-            if hasattr(values, "tolist") or values.count(None) < len(values)
-        ]
+        return [name for name, values in zip(self.names, self.columns, strict=True) if _has_values(values)]
 
     def rows(self) -> Columns:
         return Columns(dict(zip(self.names, self.columns, strict=True)))
@@ -51,6 +47,12 @@ class PlainTable:
         for begin in range(0, len(self), CHUNK):
             parts = [as_list(values[begin : begin + CHUNK]) for values in self.columns]
             yield list(zip(*parts, strict=True))
+
+
+def _has_values(values: Any) -> bool:
+    if hasattr(values, "compressed"):  # a masked array
+        return bool(values.count())
+    return hasattr(values, "tolist") or values.count(None) < len(values)
 
 
 def plain_tables(tables: Tables, events: Sequence[Event], form: Format) -> dict[str, PlainTable]:
@@ -102,19 +104,20 @@ def _in_order(columns: list[Any], key: Sequence[Any]) -> list[Any]:
     """The columns with their rows sorted by the columns of the key."""
     if not key:
         return columns
-    places: Sequence[Any] = (
-        as_list(key[0]) if len(key) == 1 else list(zip(*(as_list(values) for values in key), strict=True))
-    )
-    if all(map(le, places, islice(places, 1, None))):
+    lists: list[Sequence[Any]] = [as_list(values) for values in key]
+    if all(map(le, zip(*lists, strict=True), islice(zip(*lists, strict=True), 1, None))):
         return columns
-    order = sorted(range(len(places)), key=places.__getitem__)
-    return [values[order] if hasattr(values, "tolist") else [values[i] for i in order] for values in columns]
+    order = list(range(len(lists[0])))
+    for values in reversed(lists):  # a stable sort by the last column first needs no tuple for each row
+        order.sort(key=values.__getitem__)
+    return list(Columns(dict(enumerate(columns))).at(order).by_name.values())  # type: ignore[arg-type]
 
 
 def plain_column(values: Any, kind: str, table: str, column: str) -> Any:
     """A column as `plain_value` makes it; columns of one type are looked at as a whole."""
     if kind == "REAL" and str(getattr(values, "dtype", "")) == "float64":
-        if abs(values).max(initial=0.0) <= REAL_LIMIT:  # false for NaN
+        known = values.compressed() if hasattr(values, "compressed") else values
+        if abs(known).max(initial=0.0) <= REAL_LIMIT:  # false for NaN
             return values + 0.0
         return [plain_value(value, kind, table, column) for value in values.tolist()]
     values = as_list(values)

@@ -2,7 +2,7 @@
 
 import os
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Self, TypeVar
@@ -112,10 +112,11 @@ class Project:
         with self._tables(run_id) as tables:
             return {name: rows for name, table in tables.items() if (rows := table.dicts())}
 
-    def read_columns(self, run_id: int) -> dict[str, Columns]:
-        """As `read_tables`, by column: less memory, and faster to compute with."""
+    def read_columns(self, run_id: int, leave_out: Collection[str] = ()) -> dict[str, Columns]:
+        """As `read_tables`, by column: less memory, and faster to compute with. `leave_out`: tables not to read."""
         with self._tables(run_id) as tables:
-            return {name: rows for name, table in tables.items() if (rows := table.columns())}
+            wanted = {name: table for name, table in tables.items() if name not in leave_out}
+            return {name: rows for name, table in wanted.items() if (rows := table.columns())}
 
     @contextmanager
     def _tables(self, run_id: int) -> Iterator[dict[str, StoredTable]]:

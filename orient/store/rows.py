@@ -1,9 +1,11 @@
 """Rows into the file and out of it: one statement per table, straight through the driver, some rows at a time."""
 
 import sqlite3
+from array import array
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 from sqlalchemy import Connection
 
@@ -81,12 +83,19 @@ class StoredTable:
         return [dict(zip(self.names, row, strict=True)) for rows in self.chunks() for row in rows]
 
     def columns(self) -> Columns:
-        """The same by column."""
-        columns: list[list[Scalar]] = [[] for _ in self.names]
+        """The same by column: numbers that are all known as an array, each word once in memory."""
+        kinds = dict(self.shape.columns)
+        columns: list[Any] = [array("d") if self._is_full_of(kinds[name], name) else [] for name in self.names]
+        words: dict[Scalar, Scalar] = {}
+        is_text = [kinds[name] == "TEXT" for name in self.names]
         for rows in self.chunks():
-            for values, some in zip(columns, zip(*rows, strict=True), strict=True):
-                values.extend(some)
+            for values, some, has_words in zip(columns, zip(*rows, strict=True), is_text, strict=True):
+                values.extend(map(words.setdefault, some, some) if has_words else some)
         return Columns(dict(zip(self.names, columns, strict=True)))
+
+    def _is_full_of(self, kind: str, name: str) -> bool:
+        """Is it a column of numbers, all of them known?"""
+        return kind == "REAL" and self._counts[1 + self.names.index(name)] == len(self)
 
 
 def stored_tables(

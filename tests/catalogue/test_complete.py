@@ -33,6 +33,7 @@ FUNCTIONS: dict[str, str] = {
     "D36": "tests.catalogue.test_own_way:test_D36_replaced_during_the_command",
     "D37": "tests.catalogue.test_own_way:test_D37_a_network_share_is_a_warning",
     "D38": "tests.cli.test_command_line:test_any_file_name_works",
+    "D39": "tests.store.test_load_large:test_check_of_500_megabytes",
     "E10": "tests.catalogue.test_own_way:test_E10_bytes_do_not_go_to_a_terminal",
     "E15": "tests.cli.test_command_line:test_e15_reader_that_goes_away",
     "E16": "tests.cli.test_command_line:test_e16_no_home_no_term_c_locale",
@@ -50,7 +51,6 @@ FUNCTIONS: dict[str, str] = {
 """Rows that need other processes, memory limits, terminals: the tests that are these rows."""
 
 OPEN: dict[str, str] = {
-    "D39": "a project of 500 MB: tests.store.test_load counts the work of smaller ones",
     "E4": "no command has a confidence yet",
     "F7": "Markdown: nothing writes it yet",
     "F10": "one file for each point: nothing exports so yet",
