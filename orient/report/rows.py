@@ -41,6 +41,7 @@ class PagedRows:
                 if len(rows) < PAGE:
                     return
                 after = rows[-1][0]
+                del rows  # before the next page comes
 
 
 def count_rows(project: Project, run_id: int, table: str, condition: str = "1") -> int:
