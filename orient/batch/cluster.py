@@ -200,6 +200,8 @@ def _completed(client: Any, futures: Sequence[Any]) -> Any:
 
 
 def _is_finished(future: Any) -> bool:
+    while future.status in ("lost", "pending"):  # its worker died before the result was fetched: dask works again
+        _distributed().wait([future])
     if future.status not in ("finished", "error"):
         raise OrientError("the scheduler went away.", "What is done stays done: give the same command again.")
     return bool(future.status == "finished")

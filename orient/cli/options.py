@@ -27,7 +27,7 @@ LONGEST_REASON = 1000
 def reason_text(text: str) -> str:
     """A reason that `log` can show: some words, not a book."""
     if not text.strip():
-        raise UsageError("the reason has no words", 'Write why, for example: -m "P7 was read on the wrong house"')
+        raise UsageError("say why", 'In some words, for example: -m "P7 was read on the wrong house"')
     if len(text) > LONGEST_REASON:
         raise UsageError(f"the reason is longer than {LONGEST_REASON} characters", "Say it shorter.")
     return valid_text(text)

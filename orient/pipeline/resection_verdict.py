@@ -237,6 +237,7 @@ def _ambiguous(found: Resection, scene: Scene) -> Verdict:
     if not rivals or _is_decided(found.station, rivals, scene.near):
         return Verdict()
     stations = [scene.frame.right_handed(station) for station in (found.station, *rivals)]
+    stations.sort(key=lambda station: -station[2])  # they fit equally well: only rounding would order them
     places = "; ".join(", ".join(f"{value:.7g}" for value in station) for station in stations)
     why = f"{len(scene.points)} control points" + ("" if scene.near is None else " and the approximate station")
     message = f"AMBIGUOUS: {why} leave {len(stations)} orientations that fit equally well, X_S, Y_S, Z_S: {places}"

@@ -1,4 +1,4 @@
-"""Which functions the commands reach: a static walk over names, from every stage, export and command."""
+"""Which functions a user reaches: a static walk over names, from every stage, export, command and the Python door."""
 
 import ast
 from functools import cache
@@ -7,7 +7,8 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 Place = tuple[str, str]
 """Module and top-level name."""
-DOORS = ("orient.cli.", "orient.pipeline.", "orient.export.")
+OPEN_DOORS = ("orient.cli.", "orient.door.")
+ENTRIES = (("orient.pipeline.", "compute"), ("orient.export.", "make"))
 
 
 @cache
@@ -36,8 +37,7 @@ def reached_names() -> frozenset[str]:
 
 def _is_door(place: Place) -> bool:
     module, name = place
-    doors = ((DOORS[1], "compute"), (DOORS[2], "make"))
-    return module.startswith(DOORS[0]) or any(module.startswith(door) and name == entry for door, entry in doors)
+    return module.startswith(OPEN_DOORS) or any(module.startswith(door) and name == entry for door, entry in ENTRIES)
 
 
 @cache
