@@ -52,6 +52,7 @@ FINDINGS = {
     "robust": mark("Points that do not agree with the others were found"),
     "singular": mark("The control does not determine the orientation"),
     "small_angles": mark("Small-angle formulas"),
+    "small_sigma0": mark("The standard deviations given are too large"),
     "suspect": mark("A gross error is suspected"),
     "taken_back": mark("A point that was left out was taken back"),
     "upside_down": mark("The model hangs upside down"),
