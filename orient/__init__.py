@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from orient.door.fits import ground_covariances as ground_covariances
+    from orient.door.fits import polynomial as polynomial
+    from orient.door.fits import similarity as similarity
     from orient.door.orientation import Orientation as Orientation
     from orient.door.photo import Photo as Photo
     from orient.door.photo import new as new
@@ -42,6 +45,9 @@ _HOMES = {
     "Done": "orient.door.status",
     "resection": "orient.door.resections",
     "resections": "orient.door.resections",
+    "similarity": "orient.door.fits",
+    "polynomial": "orient.door.fits",
+    "ground_covariances": "orient.door.fits",
     "OrientError": "orient.errors",
     "InputError": "orient.errors",
     "GeometryError": "orient.errors",

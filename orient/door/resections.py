@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from orient.door.arrays import array_of, require_finite
 from orient.errors import UsageError
 from orient.solvers.lean_resection import LeanResection, lean_resection
 from orient.solvers.resection_batch import BatchResection, resection_batch
@@ -26,8 +27,8 @@ def resection(
     (r, S) with R_new = exp([r]x) R; covariance = sigma0^2 Q, sigma0 [mm]. `converged` is False where it leads nowhere.
     """
     x, P = _matched(image, ground, "n")
-    start = _array("rotation", rotation, (3, 3)), _array("station", station, (3,))
-    S = None if ground_cofactor is None else _array("ground_cofactor", ground_cofactor, (len(x), 3, 3))
+    start = array_of("rotation", rotation, (3, 3)), array_of("station", station, (3,))
+    S = None if ground_cofactor is None else array_of("ground_cofactor", ground_cofactor, (len(x), 3, 3))
     return lean_resection(x, P, float(_focal_lengths(f_mm, 1)[0]), *start, S)
 
 
@@ -48,8 +49,8 @@ def resections(
     """
     x, P = _matched(image, ground, "p, n")
     p = len(x)
-    R = None if rotation is None else _array("rotation", rotation, (p, 3, 3))
-    S = None if station is None else _array("station", station, (p, 3))
+    R = None if rotation is None else array_of("rotation", rotation, (p, 3, 3))
+    S = None if station is None else array_of("station", station, (p, 3))
     return resection_batch(x, P, _focal_lengths(f_mm, p), R, S, compiled=compiled)
 
 
@@ -62,22 +63,9 @@ def _matched(image: ArrayLike, ground: ArrayLike, points: str) -> tuple[Array, A
         raise UsageError(told, f"Give image ({points}, 2) and ground ({points}, 3).")
     if x.shape[-2] < LEAST_POINTS:
         raise UsageError(f"{x.shape[-2]} points do not determine a photo", f"Give at least {LEAST_POINTS}.")
-    _require_finite("image", x)
-    _require_finite("ground", P)
+    require_finite("image", x)
+    require_finite("ground", P)
     return x, P
-
-
-def _array(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
-    array = np.asarray(values, dtype=np.float64)
-    if array.shape != shape:
-        raise UsageError(f"{name} has the shape {array.shape}", f"Give {name} {shape}.")
-    _require_finite(name, array)
-    return array
-
-
-def _require_finite(name: str, array: Array) -> None:
-    if not np.isfinite(array).all():
-        raise UsageError(f"{name} has numbers that are not finite", "Leave out points without coordinates.")
 
 
 def _focal_lengths(f_mm: ArrayLike, p: int) -> Array:

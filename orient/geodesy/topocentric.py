@@ -18,6 +18,10 @@ Array = NDArray[np.float64]
 Radius = Callable[[Ellipsoid, ArrayLike], Array]
 
 LATITUDE_STEPS = 20
+NEWTON = 10.0
+"""Bound of the constant of Newton's convergence; on the Earth it is below 2."""
+STANDS_STILL = 1e-17
+SMALLEST = 1e-300
 POINTS_AT_ONCE = 8192
 """Points whose intermediate numbers stay in the processor's cache."""
 
@@ -52,39 +56,50 @@ def topocentric_from_geographic(
     gives N: exact, or the paper's `prime_vertical_polynomial`.
     """
     B, L, H = np.broadcast_arrays(*(np.asarray(value, dtype=np.float64) for value in (B, L, H)))
-    if B.ndim != 1 or len(B) <= POINTS_AT_ONCE:
-        return _topocentric(B, L, H, origin, ellipsoid, radius)
-    parts = [slice(begin, begin + POINTS_AT_ONCE) for begin in range(0, len(B), POINTS_AT_ONCE)]
-    T = np.empty((len(B), 3))
-    for part in parts:
-        T[part] = _topocentric(B[part], L[part], H[part], origin, ellipsoid, radius)
-    return T
+    at = B.ravel(), L.ravel(), H.ravel()
+    T = np.empty((B.size, 3))
+    for begin in range(0, B.size, POINTS_AT_ONCE):
+        part = slice(begin, begin + POINTS_AT_ONCE)
+        columns = _topocentric(at[0][part], at[1][part], at[2][part], origin, ellipsoid, radius)
+        T[part, 0], T[part, 1], T[part, 2] = columns
+    return T.reshape(*B.shape, 3)
 
 
-def _topocentric(B: Array, L: Array, H: Array, origin: Origin, ellipsoid: Ellipsoid, radius: Radius) -> Array:
-    B_N, dB, l = origin.B, B - origin.B, L - origin.L
-    N, N_N = radius(ellipsoid, B), radius(ellipsoid, B_N)
-    sin_B, cos_B, sin_dB, sin_half = np.sin(B), np.cos(B), np.sin(dB), np.sin(dB / 2.0)
-    V, V_N = (np.sqrt(1.0 + ellipsoid.ep2 * cosine**2) for cosine in (cos_B, np.cos(np.float64(B_N))))
-    nu = 2.0 * (N + H) * np.sin(l / 2.0) ** 2
-    dN = N_N * ellipsoid.ep2 * sin_dB * np.sin(B + B_N) / (V * (V_N + V))  # = N - N_N without cancellation
-    Q = ellipsoid.e2 * (dN * sin_B + 2.0 * N_N * np.cos((B + B_N) / 2.0) * sin_half)
-    X = (N + H) * sin_dB + nu * cos_B * np.sin(B_N) - Q * np.cos(B_N)
-    Y = (N + H) * cos_B * np.sin(l)
-    Z = (
-        (dN + H - origin.H) * np.cos(dB)
-        - 2.0 * (N_N + origin.H) * sin_half**2
-        - nu * cos_B * np.cos(B_N)
-        - Q * np.sin(B_N)
-    )
-    return np.stack([X, Y, Z], axis=-1)
+def _topocentric(
+    B: Array, L: Array, H: Array, origin: Origin, ellipsoid: Ellipsoid, radius: Radius
+) -> tuple[Array, Array, Array]:
+    """X, Y, Z; all sines and cosines follow from the tangents of the half differences by products without loss."""
+    sin_N, cos_N, ep2 = np.sin(origin.B), np.cos(origin.B), ellipsoid.ep2
+    N_N, V_N = radius(ellipsoid, origin.B), np.sqrt(1.0 + ep2 * cos_N * cos_N)
+    sin_dB, versine = _sine_and_versine(B - origin.B)
+    sin_l, versine_l = _sine_and_versine(L - origin.L)
+    cos_dB = 1.0 - versine
+    sin_B, cos_B = sin_N * cos_dB + cos_N * sin_dB, cos_N * cos_dB - sin_N * sin_dB
+    V = np.sqrt(1.0 + (ep2 * cos_B) * cos_B)
+    # = N - N_N without cancellation
+    dN = (N_N * ep2) * sin_dB * (cos_N * sin_B + sin_N * cos_B) / (V * (V_N + V))
+    N = N_N + dN if radius is prime_vertical_radius else radius(ellipsoid, B)
+    arm = N + H
+    p = arm * cos_B
+    nu = p * versine_l
+    Q = ellipsoid.e2 * (dN * sin_B + (N_N * cos_N) * sin_dB - (N_N * sin_N) * versine)
+    X = arm * sin_dB + sin_N * nu - cos_N * Q
+    Z = (dN + (H - origin.H)) * cos_dB - (N_N + origin.H) * versine - cos_N * nu - sin_N * Q
+    return X, p * sin_l, Z
+
+
+def _sine_and_versine(angle: Array) -> tuple[Array, Array]:
+    """sin = 2 t/(1 + t^2), 1 - cos = t sin, t = tan(angle/2): both with all their digits, at any angle."""
+    t = np.tan(0.5 * angle)
+    sine = t * (2.0 / (1.0 + t * t))
+    return sine, t * sine
 
 
 def geographic_from_topocentric(T: ArrayLike, origin: Origin, ellipsoid: Ellipsoid) -> Array:
     """(B, L, H) (n, 3) [rad, rad, m] of T (n, 3) [m]: T -> geocentric -> geographic; inverse of the closed formulas."""
     axes = local_axes(origin.B, origin.L)
     at_origin = geocentric_from_geographic(origin.B, origin.L, origin.H, ellipsoid)
-    return geographic_from_geocentric(at_origin + np.asarray(T, dtype=np.float64) @ axes.T, ellipsoid)
+    return _geographic(T, lambda rows: at_origin[:, None] + axes @ rows.T, ellipsoid)
 
 
 def geocentric_from_geographic(B: ArrayLike, L: ArrayLike, H: ArrayLike, ellipsoid: Ellipsoid) -> Array:
@@ -100,34 +115,48 @@ def geographic_from_geocentric(XYZ: ArrayLike, ellipsoid: Ellipsoid) -> Array:
 
         tan B = (Z + e'^2 b sin^3 beta)/(p - e^2 a cos^3 beta), tan beta = (b/a) tan B, p = sqrt(X^2 + Y^2)
 
-    repeated until B stands still (two or three rounds near the Earth); H = p cosB + Z sinB - a sqrt(1 - e^2 sin^2 B).
-    On the axis L = 0. Within some 45 km of the Earth's centre the normal is not unique and B has no meaning.
-    Source: B. R. Bowring, 1976.
+    a step of Newton, repeated until B stands still (one or two rounds near the Earth);
+    H = p cosB + Z sinB - a sqrt(1 - e^2 sin^2 B). On the axis L = 0. Within some 45 km of the Earth's centre the normal
+    is not unique and B has no meaning. Source: B. R. Bowring, 1976.
     """
-    points = np.asarray(XYZ, dtype=np.float64)
-    if points.ndim != 2 or len(points) <= POINTS_AT_ONCE:
-        return _geographic(points, ellipsoid)
-    found = np.empty_like(points)
-    for begin in range(0, len(points), POINTS_AT_ONCE):
+    return _geographic(XYZ, np.transpose, ellipsoid)
+
+
+def _geographic(given: ArrayLike, geocentric: Callable[[Array], Array], ellipsoid: Ellipsoid) -> Array:
+    """B, L, H of points (..., 3), some thousand at a time; `geocentric` makes their X, Y, Z (3, k) from rows (k, 3)."""
+    points = np.asarray(given, dtype=np.float64)
+    rows = points.reshape(-1, 3)
+    found = np.empty_like(rows)
+    for begin in range(0, len(rows), POINTS_AT_ONCE):
         part = slice(begin, begin + POINTS_AT_ONCE)
-        found[part] = _geographic(points[part], ellipsoid)
-    return found
+        X, Y, Z = geocentric(rows[part])
+        p = np.sqrt(X * X + Y * Y)
+        sin_B, cos_B = _latitude(p, Z, ellipsoid)
+        found[part, 0] = np.arctan2(sin_B, cos_B)
+        found[part, 1] = np.arctan2(Y, X)
+        found[part, 2] = p * cos_B + Z * sin_B - ellipsoid.a_m * np.sqrt(1.0 - ellipsoid.e2 * sin_B * sin_B)
+    return found.reshape(points.shape)
 
 
-def _geographic(XYZ: Array, ellipsoid: Ellipsoid) -> Array:
-    X, Y, Z = np.moveaxis(XYZ, -1, 0)
-    a, b, e2, ep2 = ellipsoid.a_m, ellipsoid.b_m, ellipsoid.e2, ellipsoid.ep2
-    p = np.hypot(X, Y)
-    beta = np.arctan2(a * Z, b * p)
-    B = beta
+def _latitude(p: Array, Z: Array, ellipsoid: Ellipsoid) -> tuple[Array, Array]:
+    """sin B, cos B by Bowring's formula, without a single angle.
+
+    The formula is a step of Newton: it leaves about e^2 a/(M + H) of the square of what it moved B by, and M + H is
+    the length of its numerator and denominator.
+    """
+    a, b, e2 = ellipsoid.a_m, ellipsoid.b_m, ellipsoid.e2
+    sine, cosine = a * Z, b * p  # of beta, to be scaled
     for _ in range(LATITUDE_STEPS):
-        previous = B
-        B = np.arctan2(Z + ep2 * b * np.sin(beta) ** 3, p - e2 * a * np.cos(beta) ** 3)
-        beta = np.arctan2(b * np.sin(B), a * np.cos(B))
-        if np.all(np.abs(B - previous) <= 4e-16):
+        size = 1.0 / np.sqrt(np.maximum(sine * sine + cosine * cosine, SMALLEST))
+        sine, cosine = sine * size, cosine * size
+        up, out = Z + (ellipsoid.ep2 * b) * (sine * sine * sine), p - (e2 * a) * (cosine * cosine * cosine)
+        size = 1.0 / np.sqrt(np.maximum(up * up + out * out, SMALLEST))
+        sin_B, cos_B = up * size, out * size
+        moved = sin_B * (cosine * (b / a)) - cos_B * sine  # sin(B - B before), nearly
+        if np.max(moved * moved * size, initial=0.0) * (NEWTON * e2 * a) <= STANDS_STILL:
             break
-    H = p * np.cos(B) + Z * np.sin(B) - a * np.sqrt(1.0 - e2 * np.sin(B) ** 2)
-    return np.stack([B, np.arctan2(Y, X), H], axis=-1)
+        sine, cosine = b * sin_B, a * cos_B
+    return sin_B, cos_B
 
 
 def local_axes(B: ArrayLike, L: ArrayLike) -> Array:

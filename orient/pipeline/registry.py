@@ -84,7 +84,7 @@ STAGES = (
     ),
     Stage(
         "bl",
-        1,
+        2,
         "B, L, H of the points on the ground's ellipsoid",
         required=("photo",),
         optional=("control", "digitize"),
@@ -94,14 +94,14 @@ STAGES = (
     ),
     Stage(
         "topocentric",
-        1,
+        2,
         "topocentric coordinates T and T'",
         required=("photo", "bl"),
         settings={"radius": "exact"},
     ),
     Stage(
         "resection",
-        4,
+        5,
         "exterior orientation",
         required=("photo", "refine", "topocentric"),
         optional=("digitize",),
@@ -127,14 +127,14 @@ STAGES = (
     ),
     Stage(
         "covariance",
-        4,
+        5,
         "covariance of ground points, K = C Q C'",
         required=("photo", "refine", "topocentric", "resection"),
         settings={"pairs": False, "map_side": 11, "map_height_sigma_m": 0.0},
     ),
     Stage(
         "absolute",
-        2,
+        3,
         "absolute orientation of a model, by zone",
         required=("photo", "model", "topocentric"),
         settings={

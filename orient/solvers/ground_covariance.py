@@ -12,12 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orient.geometry.collinearity import image_ray, partials_rotation
+from orient.geometry.rotation import cross_matrix
 
 FloatArray = NDArray[np.float64]
 
 GRAZING_SINE = 1e-6
 POINTS_AT_ONCE = 4096
 """Points whose intermediate numbers stay in the processor's cache."""
+TILE = 128
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,6 +153,55 @@ def covariance_factor(jacobians: RayJacobians, element_covariance: FloatArray) -
     The factor loses no digits to the strong correlations of Q, and serves all n^2 pairs.
     """
     return np.asarray(jacobians.C @ symmetric_factor(element_covariance))
+
+
+def all_pairs(factor: FloatArray) -> FloatArray:
+    """K = F F' (m, m) of the rows F (m, u) of all points, symmetric to the last bit, which no product promises.
+
+    The upper part by strips, the lower one copied tile by tile while the strip is in the cache.
+    """
+    m, F_T = len(factor), np.ascontiguousarray(factor.T)
+    K = np.empty((m, m))
+    for begin in range(0, m, TILE):
+        strip = slice(begin, min(begin + TILE, m))
+        np.matmul(factor[strip], F_T[:, begin:], out=K[strip, begin:])
+        K[strip, strip] = factor[strip] @ factor[strip].T
+        for left in range(0, begin, TILE):
+            K[strip, left : left + TILE] = K[left : left + TILE, strip].T
+    return K
+
+
+def covariance_by_orientation(
+    points: FloatArray, station: FloatArray, element_covariance: FloatArray, up: FloatArray
+) -> FloatArray:
+    """K_i = F_i F_i' (n, 3, 3) [m^2] of the part of the orientation, without the partials in between.
+
+        dP = (1 - h n') (dS + r x (P - S)),  h = (P - S)/(n . (P - S)),  F = that of the columns of L, L L' = Q
+
+    A turn r and a shift dS move the point; back along its ray it meets its level plane, normal n = `up` (3,) or (n, 3).
+    Neither f nor R enters. The same as `orientation_covariance` of `ray_at_height_jacobians`, also NaN where a ray is
+    level, with a tenth of the memory. `element_covariance` (6, 6) of (r, S), `points` (n, 3) [m].
+    """
+    L = symmetric_factor(element_covariance)
+    turns = cross_matrix(L[:3].T).transpose(1, 0, 2).reshape(-1, 3)  # row (i, k): component i of r_k x arm
+    K = np.empty((len(points), 3, 3))
+    for begin in range(0, len(points), POINTS_AT_ONCE):
+        part = slice(begin, begin + POINTS_AT_ONCE)
+        arms = points[part].T - station[:, None]
+        normals = np.broadcast_to(up, points.shape)[part].T
+        F = (turns @ arms).reshape(3, L.shape[1], -1) + L[3:, :, None]
+        F -= _along_ray(arms, normals)[:, None] * np.einsum("im,ikm->km", normals, F)
+        for i in range(3):
+            for j in range(i + 1):
+                K[part, i, j] = K[part, j, i] = np.einsum("km,km->m", F[i], F[j])
+    return K
+
+
+def _along_ray(arms: FloatArray, normals: FloatArray) -> FloatArray:
+    """h (3, m): what one metre of height moves a point along its ray; NaN where the ray is level."""
+    fall = np.einsum("im,im->m", normals, arms)
+    level = ~(fall * fall > GRAZING_SINE**2 * np.einsum("im,im->m", arms, arms))
+    return np.asarray(arms / np.where(level, np.nan, fall))
 
 
 def symmetric_factor(covariance: FloatArray) -> FloatArray:

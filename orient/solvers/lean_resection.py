@@ -10,6 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from orient.solvers.ground_covariance import all_pairs
+
 FloatArray = NDArray[np.float64]
 Symmetric = tuple[FloatArray, FloatArray, FloatArray]
 """Elements xx, xy, yy (n,) of n symmetric 2 x 2 matrices."""
@@ -45,7 +47,7 @@ class LeanResection:
         if self.by_elements is None or self.own is None:
             return self.Q
         F = np.vstack([np.eye(6), self.by_elements.reshape(-1, 6)]) @ np.linalg.cholesky(self.Q)
-        K = np.asarray(F @ F.T)
+        K = all_pairs(F)
         blocks = 6 + 3 * np.arange(len(self.own))[:, None] + np.arange(3)
         K[blocks[:, :, None], blocks[:, None, :]] += self.own
         return K

@@ -329,7 +329,7 @@ def test_a_run_of_an_older_stage_is_compared_to_1e_9_and_named(aerial: Path) -> 
 
     forge(aerial, older)
     verdict = by_stage(verify_project(aerial, ONLY_LOOK))["resection"]
-    assert verdict.because == "made by version 1 of the stage, this orient has version 4"
+    assert verdict.because == f"made by version 1 of the stage, this orient has version {BY_NAME['resection'].version}"
     assert (verdict.verdict, verdict.holds) == ("agrees", True)
     assert verdict.found.accepted is not None and verdict.found.accepted.place.startswith("image_residual")
     forge(aerial, lambda bare: bare.execute("UPDATE image_residual SET depth_m = depth_m * (1 + 1e-8)"))

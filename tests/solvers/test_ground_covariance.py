@@ -6,9 +6,14 @@ import pytest
 from orient.geometry.collinearity import partials_rotation, project
 from orient.geometry.rotation import rotation_exp
 from orient.solvers.ground_covariance import (
+    POINTS_AT_ONCE,
+    TILE,
+    all_pairs,
+    covariance_by_orientation,
     covariance_factor,
     error_ellipse,
     ground_covariance,
+    orientation_covariance,
     pair_covariance,
     ray_at_height,
     ray_at_height_jacobians,
@@ -182,3 +187,36 @@ def test_error_ellipse(covariance: list[list[float]], a: float, b: float, azimut
     ellipse = error_ellipse(np.array(covariance))
     assert (ellipse.a, ellipse.b) == pytest.approx((a, b), abs=1e-12)
     assert np.degrees(ellipse.azimuth) == pytest.approx(azimuth_deg, abs=1e-9)
+
+
+@pytest.mark.parametrize("n", [5, POINTS_AT_ONCE + 7], ids=["few", "more than one part"])
+@pytest.mark.parametrize("tilt", [0.0, 0.6, 1.3])
+def test_the_covariance_without_partials_is_that_of_the_partials(tilt: float, n: int) -> None:
+    """Own verticals and a full Q; relative to the largest variance of the point."""
+    random = generator(f"without partials {tilt} {n}")
+    R = rotation_exp([tilt, 0.2, -0.4])
+    A = random.normal(size=(12, 6))
+    Q = np.linalg.inv(A.T @ A) * np.outer(*[[1e-5] * 3 + [2.0] * 3] * 2)
+    points = random.uniform([-8e4, -8e4, 0.0], [8e4, 8e4, 3e3], (n, 3))
+    up = UP + random.normal(scale=0.01, size=(n, 3))
+    up /= np.linalg.norm(up, axis=1, keepdims=True)
+    expected = orientation_covariance(ray_at_height_jacobians(points, STATION, R, 152.7, up), Q)
+    found = covariance_by_orientation(points, STATION, Q, up)
+    scale = np.trace(expected, axis1=1, axis2=2)[:, None, None]
+    np.testing.assert_allclose(found / scale, expected / scale, rtol=0, atol=1e-11)
+    np.testing.assert_array_equal(found, found.transpose(0, 2, 1))
+
+
+def test_level_rays_have_no_covariance_without_partials_either() -> None:
+    points = np.array([[1e5, 0.0, H], [1e5, 0.0, 0.0]])
+    K = covariance_by_orientation(points, STATION, np.eye(6), UP)
+    assert np.isnan(K[0]).all() and np.isfinite(K[1]).all()
+
+
+@pytest.mark.parametrize("m", [1, 7, TILE - 1, TILE, TILE + 1, 333, 4 * TILE])
+@pytest.mark.parametrize("u", [6, 9])
+def test_all_pairs_are_symmetric_to_the_last_bit(u: int, m: int) -> None:
+    F = generator(f"pairs {u} {m}").normal(size=(m, u))
+    K = all_pairs(F)
+    np.testing.assert_array_equal(K, K.T)
+    np.testing.assert_allclose(K, F @ F.T, rtol=0, atol=1e-13)

@@ -1,0 +1,66 @@
+"""Similarity, polynomial and ground covariances of arrays, without a project."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from orient.door.arrays import array_of, points_of
+from orient.errors import UsageError
+from orient.solvers.ground_covariance import covariance_by_orientation
+from orient.solvers.lean_polynomial import LeanPolynomial, lean_polynomial
+from orient.solvers.lean_similarity import LeanSimilarity, lean_similarity
+
+Array = NDArray[np.float64]
+LEAST_POINTS = 3
+HIGHEST_DEGREE = 20
+UP = (0.0, 0.0, 1.0)
+
+
+def similarity(model: ArrayLike, ground: ArrayLike, weights: ArrayLike | None = None) -> LeanSimilarity:
+    """R, H, X0 of X_G = R x/H + X0 and the 7 x 7 cofactors: least squares in closed form, nothing is stored.
+
+    `model` (n, 3) in its own unit, without errors; `ground` (n, 3) [m]; both right-handed, three points off a line or
+    more; `weights` (n,) = sigma0^2/sigma^2 of the ground points, equal by default. H in model units per metre, Q of
+    (r, H, X0) with R_new = exp([r]x) R; covariance = sigma0^2 Q. `is_mirrored` where the mirrored model fits far
+    better: then the two are of opposite handedness, and this is no result.
+    """
+    x, P = points_of("model", model, 3), points_of("ground", ground, 3)
+    _require_as_many("model", x, "ground", P)
+    if len(x) < LEAST_POINTS:
+        raise UsageError(f"{len(x)} points do not determine a similarity", f"Give at least {LEAST_POINTS}.")
+    p = None if weights is None else array_of("weights", weights, (len(x),))
+    if p is not None and not np.all(p > 0):
+        raise UsageError("weights are not all positive", "Leave out points that should not count.")
+    return lean_similarity(x, P, p)
+
+
+def polynomial(XY: ArrayLike, z: ArrayLike, degree: int) -> LeanPolynomial:
+    """z = sum c_jk u^j v^k, j + k <= degree, of the columns of z (n, c) at XY (n, 2): least squares, nothing is stored.
+
+    u, v are XY from the middle of their extent, in units of half its longer side: `orient digitize` finds the same
+    coefficients. `values(XY)` evaluates; `leverages(XY)` sigma0^2 is the variance there; covariance = sigma0^2 Q.
+    """
+    places, values = points_of("XY", XY, 2), points_of("z", z)
+    _require_as_many("XY", places, "z", values)
+    if not 1 <= degree <= HIGHEST_DEGREE:
+        raise UsageError(f"degree {degree} is not in 1 ... {HIGHEST_DEGREE}")
+    return lean_polynomial(places, values, degree)
+
+
+def ground_covariances(ground: ArrayLike, station: ArrayLike, covariance: ArrayLike, up: ArrayLike = UP) -> Array:
+    """K (n, 3, 3) [m^2]: how sure are the places where rays meet their level planes, from the orientation alone.
+
+    `ground` (n, 3) [m] the places, `station` (3,), `covariance` (6, 6) of (r, S) [rad, m] as `orient.resection` gives
+    it times sigma0^2, `up` the vertical, (3,) or (n, 3). NaN where a ray is level. Readings and heights add their own
+    parts: `photo.image_to_ground` has all three.
+    """
+    P = points_of("ground", ground, 3)
+    S, K = array_of("station", station, (3,)), array_of("covariance", covariance, (6, 6))
+    verticals = np.asarray(up, dtype=np.float64)
+    return covariance_by_orientation(P, S, K, array_of("up", up, (3,) if verticals.ndim == 1 else P.shape))
+
+
+def _require_as_many(first: str, a: Array, second: str, b: Array) -> None:
+    if len(a) != len(b):
+        raise UsageError(
+            f"{first} has {len(a)} points and {second} {len(b)}", "Give as many of the one as of the other."
+        )
