@@ -209,7 +209,8 @@ def _polynomial_fit(n: int) -> Task:
     def own() -> Array:
         fit = lean_polynomial(XY, crosses.target, DEGREE)
         assert fit.Q.shape == (21, 21)
-        return fit.values(XY[:100])
+        at = (XY[:100] - fit.centre) / fit.scale
+        return np.asarray(polynomial.design(*at.T, DEGREE) @ fit.coefficients)
 
     def stage() -> Array:
         fit = fit_sheet(crosses, Rule(degree=DEGREE))

@@ -152,7 +152,8 @@ def covariance_factor(jacobians: RayJacobians, element_covariance: FloatArray) -
 
     The factor loses no digits to the strong correlations of Q, and serves all n^2 pairs.
     """
-    return np.asarray(jacobians.C @ symmetric_factor(element_covariance))
+    C = jacobians.C
+    return np.asarray((C.reshape(-1, C.shape[2]) @ symmetric_factor(element_covariance)).reshape(C.shape))
 
 
 def all_pairs(factor: FloatArray) -> FloatArray:

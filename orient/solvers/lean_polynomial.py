@@ -1,4 +1,4 @@
-"""z = sum c_jk u^j v^k of many points: normal equations on centred, scaled coordinates and one correction; else QR.
+"""z = sum c_jk u^j v^k of many points: normal equations on centred, scaled coordinates, or QR.
 
 The full fit of a map sheet with its tests is `orient.solvers.polynomial_fit.fit_sheet`; both have the same optimum, in
 the same centre and scale.
@@ -6,6 +6,7 @@ the same centre and scale.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +17,11 @@ from orient.solvers.polynomial_degree import terms
 
 FloatArray = NDArray[np.float64]
 
-POINTS_AT_ONCE = 4096
+POINTS_AT_ONCE = 2048
 WELL_CONDITIONED = 1e3
 """Condition of the columns, scaled to one length, up to which normal equations keep nine digits of Q; above: QR."""
+SMALL_RESIDUALS = 1e-6
+"""v'v / z'z below which v'v = z'z - rho'rho has lost too many digits: then it is summed, and c corrected by it."""
 SINGULAR = 1e10
 
 
@@ -62,10 +65,10 @@ class LeanPolynomial:
 def lean_polynomial(XY: FloatArray, z: FloatArray, degree: int) -> LeanPolynomial:
     """v = D c - z, v'v -> min for each column of z (n, c); XY (n, 2), degree 1 or more.
 
-    R'R = D'D by Cholesky, c = R^-1 R^-T D'z, and once more on the residuals, which gives back the digits that squaring
-    cost. Where the columns depend on each other (`WELL_CONDITIONED`) QR takes over. Refuses (GeometryError) too few
-    points and points on a curve of the degree. Source: seed 004, equation (1); corrected seminormal equations: Bjorck
-    1987.
+    R'R = D'D by Cholesky, c = R^-1 rho, rho = R^-T D'z, v'v = z'z - rho'rho; where the residuals are small, both once
+    more from the residuals, which gives back the digits that squaring cost. Where the columns depend on each other
+    (`WELL_CONDITIONED`) QR takes over. Refuses (GeometryError) too few points and points on a curve of the degree.
+    Source: seed 004, equation (1); corrected seminormal equations: Bjorck 1987.
     """
     m = terms(degree)
     if len(XY) < m:
@@ -75,8 +78,11 @@ def lean_polynomial(XY: FloatArray, z: FloatArray, degree: int) -> LeanPolynomia
     origin = columns.mean(axis=1)
     columns -= origin[:, None]
     equations = _Equations(uv, columns, degree)
-    R_inverse, first = _by_normals(equations) or _by_qr(equations)
-    coefficients, vv = _corrected(equations, R_inverse, first)
+    found = _by_normals(equations)
+    if found is None:
+        R_inverse, first = _by_qr(equations)
+        found = R_inverse, *_corrected(equations, R_inverse, first)
+    R_inverse, coefficients, vv = found
     coefficients[0] += origin
     return LeanPolynomial(degree, centre, scale, coefficients, R_inverse, vv, len(XY) - m)
 
@@ -93,6 +99,11 @@ def _normalised(XY: FloatArray) -> tuple[FloatArray, FloatArray, float]:
     return uv, centre, scale
 
 
+@cache
+def _exponents(degree: int) -> NDArray[np.intp]:
+    return np.array(polynomial.exponents(degree), dtype=np.intp).T
+
+
 class _Equations:
     """u, v (2, n) and z (c, n); what is made of some thousand points at a time stands in one buffer."""
 
@@ -103,7 +114,7 @@ class _Equations:
 
     def normals(self) -> tuple[FloatArray, FloatArray]:
         """D'D (m, m) and D'z (m, c) from the sums of u^j v^k, j, k <= 2d: there are fewer of them than of products."""
-        j, k = np.array(polynomial.exponents(self.degree)).T
+        j, k = _exponents(self.degree)
         moments, with_z = self._moments()
         return moments[j[:, None] + j, k[:, None] + k], with_z[j, :, k]
 
@@ -145,8 +156,8 @@ class _Equations:
         return self._buffer[: count * z.shape[1]].reshape(count, -1)
 
 
-def _by_normals(equations: _Equations) -> tuple[FloatArray, FloatArray] | None:
-    """R^-1 and c; None where D'D is not to be trusted."""
+def _by_normals(equations: _Equations) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+    """R^-1, c and v'v; None where D'D is not to be trusted."""
     N, g = equations.normals()
     scales = 1.0 / np.sqrt(np.diag(N))
     try:
@@ -157,7 +168,12 @@ def _by_normals(equations: _Equations) -> tuple[FloatArray, FloatArray] | None:
     if not np.linalg.norm(L) * np.linalg.norm(L_inverse) <= WELL_CONDITIONED:
         return None
     R_inverse = scales[:, None] * L_inverse.T
-    return R_inverse, R_inverse @ (R_inverse.T @ g)
+    rho = R_inverse.T @ g
+    zz = np.einsum("cn,cn->c", equations.z, equations.z)
+    vv, c = zz - np.sum(rho**2, axis=0), R_inverse @ rho
+    if np.any(vv < SMALL_RESIDUALS * zz):
+        c, vv = _corrected(equations, R_inverse, c)
+    return R_inverse, c, vv
 
 
 def _by_qr(equations: _Equations) -> tuple[FloatArray, FloatArray]:

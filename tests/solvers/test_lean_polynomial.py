@@ -21,10 +21,12 @@ def crosses(name: str, n: int, degree: int, sigma: float = 0.5) -> tuple[FloatAr
     return XY, smooth + np.array([4.6e6, 3e5]) + random.normal(scale=sigma, size=(n, 2))
 
 
+@pytest.mark.parametrize("sigma", [0.5, 500.0], ids=["small residuals", "large residuals"])
 @pytest.mark.parametrize("n", [40, POINTS_AT_ONCE + 50], ids=["few", "more than one part"])
 @pytest.mark.parametrize("degree", [1, 2, 3, 4, 5])
-def test_the_coefficients_cofactors_and_tests_of_the_stage(degree: int, n: int) -> None:
-    XY, z = crosses(f"stage {degree} {n}", n, degree)
+def test_the_coefficients_cofactors_and_tests_of_the_stage(degree: int, n: int, sigma: float) -> None:
+    """v'v is a difference of squares when it is large, and a sum of squares when it is small."""
+    XY, z = crosses(f"stage {degree} {n}", n, degree, sigma)
     fit, full = lean_polynomial(XY, z, degree), fit_sheet(Crosses(XY, z, np.ones_like(z)), Rule(degree))
     assert (fit.scale, fit.redundancy) == (full.scale_mm, full.redundancy)
     np.testing.assert_allclose(fit.centre, full.centre_mm, rtol=1e-15)
