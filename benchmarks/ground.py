@@ -70,14 +70,15 @@ def _blocks_from_pose(n: int) -> Task:
     rng = np.random.default_rng(4)
     ground = np.column_stack([rng.uniform(-75_000, 75_000, (n, 2)), rng.uniform(0, 3000, n)])
     one = photo(12)
-    up = np.broadcast_to([0.0, 0.0, 1.0], (n, 3))
+    up = np.array([0.0, 0.0, 1.0])
+    each_up = np.broadcast_to(up, (n, 3))
     Q = _partials(1, 2)[1] * np.outer(*[[1e-5] * 3 + [3.0] * 3] * 2)
 
-    def own() -> Array:
-        return _packed(covariance_by_orientation(ground, one.S0, Q, up)[:, :2, :2])
+    def own(compiled: bool = False) -> Array:
+        return _packed(covariance_by_orientation(ground, one.S0, Q, up, compiled=compiled)[:, :2, :2])
 
     def by_partials() -> Array:
-        jacobians = ray_at_height_jacobians(ground, one.S0, one.R0, F_MM, up)
+        jacobians = ray_at_height_jacobians(ground, one.S0, one.R0, F_MM, each_up)
         return _packed(orientation_covariance(jacobians, Q)[:, :2, :2])
 
     def numpy() -> Array:
@@ -90,8 +91,13 @@ def _blocks_from_pose(n: int) -> Task:
         return _packed(np.einsum("nik,kl,njl->nij", C, Q, C, optimize=True))
 
     note = "orient's are 3 x 3 for any vertical; the partials of the stage serve the parts of reading and height too"
-    candidates = {"orient": own, "orient, partials of the stage": by_partials, "numpy in one block": numpy}
+    candidates = {"orient": own, **_compiled(own), "orient, partials of the stage": by_partials}
+    candidates["numpy in one block"] = numpy
     return Task(f"2x2 blocks of K from pose and points, n = {n}", candidates, 0.45, note=note)
+
+
+def _compiled(own: Callable[..., Array]) -> dict[str, Callable[[], Array]]:
+    return {"orient, numba": partial(own, compiled=True)} if find_spec("numba") else {}
 
 
 def _packed(K: Array) -> Array:
@@ -169,8 +175,8 @@ def _seven_parameters(n: int) -> Task:
     R *= np.linalg.det(R)
     ground = 20.0 * model @ R.T + [310.0, -2600.0, 120.0] + rng.normal(scale=0.1, size=(n, 3))
 
-    def own() -> Array:
-        found = lean_similarity(model, ground)
+    def own(compiled: bool = False) -> Array:
+        found = lean_similarity(model, ground, compiled=compiled)
         return np.concatenate([found.X0, found.rotation.ravel(), [found.H]])
 
     def stage() -> Array:
@@ -188,7 +194,7 @@ def _seven_parameters(n: int) -> Task:
 
     note = "orient's has the 7 x 7 cofactors, that of the stage iterations and all redundancy numbers too; Umeyama none"
     target = 1.1 if n == 100_000 else None
-    candidates = {"orient": own, "orient, stage": stage, "numpy Umeyama": umeyama}
+    candidates = {"orient": own, **_compiled(own), "orient, stage": stage, "numpy Umeyama": umeyama}
     return Task(f"seven parameters, n = {n}", candidates, target, 1e-8, ("seven parameters", n), note)
 
 

@@ -15,13 +15,16 @@ HIGHEST_DEGREE = 20
 UP = (0.0, 0.0, 1.0)
 
 
-def similarity(model: ArrayLike, ground: ArrayLike, weights: ArrayLike | None = None) -> LeanSimilarity:
+def similarity(
+    model: ArrayLike, ground: ArrayLike, weights: ArrayLike | None = None, *, compiled: bool = False
+) -> LeanSimilarity:
     """R, H, X0 of X_G = R x/H + X0 and the 7 x 7 cofactors: least squares in closed form, nothing is stored.
 
     `model` (n, 3) in its own unit, without errors; `ground` (n, 3) [m]; both right-handed, three points off a line or
     more; `weights` (n,) = sigma0^2/sigma^2 of the ground points, equal by default. H in model units per metre, Q of
     (r, H, X0) with R_new = exp([r]x) R; covariance = sigma0^2 Q. `is_mirrored` where the mirrored model fits far
-    better: then the two are of opposite handedness, and this is no result.
+    better: then the two are of opposite handedness, and this is no result. `compiled`: by numba (`orient[fast]`), the
+    same to 1e-9; loading it takes half a second, so it is for many calls.
     """
     x, P = points_of("model", model, 3), points_of("ground", ground, 3)
     _require_as_many("model", x, "ground", P)
@@ -30,7 +33,7 @@ def similarity(model: ArrayLike, ground: ArrayLike, weights: ArrayLike | None = 
     p = None if weights is None else array_of("weights", weights, (len(x),))
     if p is not None and not np.all(p > 0):
         raise UsageError("weights are not all positive", "Leave out points that should not count.")
-    return lean_similarity(x, P, p)
+    return lean_similarity(x, P, p, compiled=compiled)
 
 
 def polynomial(XY: ArrayLike, z: ArrayLike, degree: int) -> LeanPolynomial:
@@ -46,17 +49,20 @@ def polynomial(XY: ArrayLike, z: ArrayLike, degree: int) -> LeanPolynomial:
     return lean_polynomial(places, values, degree)
 
 
-def ground_covariances(ground: ArrayLike, station: ArrayLike, covariance: ArrayLike, up: ArrayLike = UP) -> Array:
+def ground_covariances(
+    ground: ArrayLike, station: ArrayLike, covariance: ArrayLike, up: ArrayLike = UP, *, compiled: bool = False
+) -> Array:
     """K (n, 3, 3) [m^2]: how sure are the places where rays meet their level planes, from the orientation alone.
 
     `ground` (n, 3) [m] the places, `station` (3,), `covariance` (6, 6) of (r, S) [rad, m] as `orient.resection` gives
     it times sigma0^2, `up` the vertical, (3,) or (n, 3). NaN where a ray is level. Readings and heights add their own
-    parts: `photo.image_to_ground` has all three.
+    parts: `photo.image_to_ground` has all three. `compiled`: by numba, as in `similarity`.
     """
     P = points_of("ground", ground, 3)
     S, K = array_of("station", station, (3,)), array_of("covariance", covariance, (6, 6))
     verticals = np.asarray(up, dtype=np.float64)
-    return covariance_by_orientation(P, S, K, array_of("up", up, (3,) if verticals.ndim == 1 else P.shape))
+    n = array_of("up", up, (3,) if verticals.ndim == 1 else P.shape)
+    return covariance_by_orientation(P, S, K, n, compiled=compiled)
 
 
 def _require_as_many(first: str, a: Array, second: str, b: Array) -> None:

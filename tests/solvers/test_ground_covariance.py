@@ -189,10 +189,12 @@ def test_error_ellipse(covariance: list[list[float]], a: float, b: float, azimut
     assert np.degrees(ellipse.azimuth) == pytest.approx(azimuth_deg, abs=1e-9)
 
 
+@pytest.mark.parametrize("compiled", [False, True], ids=["numpy", "numba"])
 @pytest.mark.parametrize("n", [5, POINTS_AT_ONCE + 7], ids=["few", "more than one part"])
 @pytest.mark.parametrize("tilt", [0.0, 0.6, 1.3])
-def test_the_covariance_without_partials_is_that_of_the_partials(tilt: float, n: int) -> None:
+def test_the_covariance_without_partials_is_that_of_the_partials(tilt: float, n: int, compiled: bool) -> None:
     """Own verticals and a full Q; relative to the largest variance of the point."""
+    _need_numba(compiled)
     random = generator(f"without partials {tilt} {n}")
     R = rotation_exp([tilt, 0.2, -0.4])
     A = random.normal(size=(12, 6))
@@ -201,15 +203,22 @@ def test_the_covariance_without_partials_is_that_of_the_partials(tilt: float, n:
     up = UP + random.normal(scale=0.01, size=(n, 3))
     up /= np.linalg.norm(up, axis=1, keepdims=True)
     expected = orientation_covariance(ray_at_height_jacobians(points, STATION, R, 152.7, up), Q)
-    found = covariance_by_orientation(points, STATION, Q, up)
+    found = covariance_by_orientation(points, STATION, Q, up, compiled=compiled)
     scale = np.trace(expected, axis1=1, axis2=2)[:, None, None]
     np.testing.assert_allclose(found / scale, expected / scale, rtol=0, atol=1e-11)
     np.testing.assert_array_equal(found, found.transpose(0, 2, 1))
 
 
-def test_level_rays_have_no_covariance_without_partials_either() -> None:
+def _need_numba(compiled: bool) -> None:
+    if compiled:
+        pytest.importorskip("orient.solvers.ground_kernel", reason="numba is not installed: orient[fast]")
+
+
+@pytest.mark.parametrize("compiled", [False, True], ids=["numpy", "numba"])
+def test_level_rays_have_no_covariance_without_partials_either(compiled: bool) -> None:
+    _need_numba(compiled)
     points = np.array([[1e5, 0.0, H], [1e5, 0.0, 0.0]])
-    K = covariance_by_orientation(points, STATION, np.eye(6), UP)
+    K = covariance_by_orientation(points, STATION, np.eye(6), UP, compiled=compiled)
     assert np.isnan(K[0]).all() and np.isfinite(K[1]).all()
 
 

@@ -92,3 +92,15 @@ def test_turning_and_scaling_the_ground_moves_the_answer_with_it() -> None:
     np.testing.assert_allclose(after.rotation, turn @ before.rotation, rtol=0, atol=1e-13)
     assert pytest.approx(before.H / 3.0, rel=1e-12) == after.H
     np.testing.assert_allclose(after.X0, 3.0 * turn @ before.X0 + [5.0, 6.0, 7.0], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("is_weighted", [False, True], ids=["equal weights", "own weights"])
+def test_the_compiled_sums_are_the_same(is_weighted: bool) -> None:
+    pytest.importorskip("orient.solvers.ground_kernel", reason="numba is not installed: orient[fast]")
+    s = scene(generator("compiled"), "f" * 500)
+    weights, ground = generator("weights").uniform(0.2, 5.0, 500) if is_weighted else None, noisy(s, 0.3)
+    plain, compiled = (lean_similarity(s.model, ground, weights, compiled=choice) for choice in (False, True))
+    np.testing.assert_allclose(compiled.X0, plain.X0, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(compiled.rotation, plain.rotation, rtol=0, atol=3e-14)
+    np.testing.assert_allclose([compiled.H, compiled.vPv], [plain.H, plain.vPv], rtol=1e-9)
+    np.testing.assert_allclose(compiled.Q, plain.Q, rtol=1e-9, atol=1e-9 * np.max(plain.Q))
