@@ -17,7 +17,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from orient.geometry.rotation import BLIND_COSINE, cross_matrix, matrix_from_aok
+from orient.geometry.rotation import BLIND_COSINE, matrix_from_aok
 
 Array = NDArray[np.float64]
 
@@ -163,7 +163,14 @@ def partials_rotation(model: ArrayLike, rotation: ArrayLike, t: float) -> Array:
     Free of blind views and of the sign of H: what the solver uses. For t = 1/H; `model` (n, 3).
     """
     arms = t * (np.asarray(model, dtype=np.float64) @ np.asarray(rotation, dtype=np.float64).T)
-    return _with_translation(np.concatenate([-cross_matrix(arms), -arms[:, :, None]], axis=2), 1.0)
+    X, Y, Z = arms.T
+    partials = np.zeros((len(arms), 3, 7))
+    partials[:, 0, 1], partials[:, 0, 2] = Z, -Y
+    partials[:, 1, 0], partials[:, 1, 2] = -Z, X
+    partials[:, 2, 0], partials[:, 2, 1] = Y, -X
+    partials[:, :, 3] = -arms
+    partials[:, :, 4:] = np.eye(3)
+    return partials
 
 
 def ground_by_small_angles(model: ArrayLike, dt: float, angles: ArrayLike, X0: ArrayLike) -> Array:

@@ -6,6 +6,7 @@ what the elimination of the adjusted model coordinates leaves, also when one sid
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,7 +58,7 @@ class Fit:
     ground_residuals: FloatArray
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class AbsoluteProblem:
     """Control points: model (n, 3) and ground (n, 3) [m] from their centres, `known` K (n, 3, 3), cofactors, extent.
 
@@ -73,6 +74,11 @@ class AbsoluteProblem:
     extent: float
     constant_weight: Weight | None = None
     engine: Engine = Engine.QR
+
+    @cached_property
+    def is_full(self) -> bool:
+        """Are all three coordinates of every point known?"""
+        return bool((self.known == np.eye(3)).all())
 
     @property
     def scales(self) -> FloatArray:
@@ -94,15 +100,19 @@ class AbsoluteProblem:
         """Misclosures, partials and residuals of both sides at a state."""
         arms = state.t * state.rotation
         gaps = state.centre + self.model @ arms.T - self.ground
-        misclosures = np.asarray(self.known @ gaps[:, :, None])
+        misclosures = self.along_known(gaps[:, :, None])
         weight = self.weight(state.rotation, state.t)
         weighted = weight.times(misclosures)
         v_x = np.zeros_like(self.model)
         if self.model_cofactor is not None:
             v_x = -times(self.model_cofactor, arms.T @ weighted)[:, :, 0]
         v_P = times(self.ground_cofactor, weighted)[:, :, 0]
-        partials = self.known @ partials_rotation(self.model + v_x, state.rotation, state.t)
-        return Fit(misclosures[:, :, 0], weighted[:, :, 0], np.asarray(partials), weight, v_x, v_P)
+        partials = self.along_known(partials_rotation(self.model + v_x, state.rotation, state.t))
+        return Fit(misclosures[:, :, 0], weighted[:, :, 0], partials, weight, v_x, v_P)
+
+    def along_known(self, vectors: FloatArray) -> FloatArray:
+        """K V (n, 3, k); V itself where all coordinates are known."""
+        return vectors if self.is_full else np.asarray(self.known @ vectors)
 
     def linearise(self, state: Similarity) -> AbsoluteEquations:
         """Whitened equations about `state`, reduced by the engine."""

@@ -2,9 +2,6 @@
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
-
-FloatArray = NDArray[np.float64]
 
 # error_model: the default raises on division by zero, which forbids vector instructions
 _compiled = njit(cache=True, fastmath={"reassoc", "contract", "arcp", "nsz"}, error_model="numpy")
