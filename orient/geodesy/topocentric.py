@@ -18,9 +18,9 @@ Array = NDArray[np.float64]
 Radius = Callable[[Ellipsoid, ArrayLike], Array]
 
 LATITUDE_STEPS = 20
-NEWTON = 10.0
-"""Bound of the constant of Newton's convergence; on the Earth it is below 2."""
-STANDS_STILL = 1e-17
+NEWTON = 3.0
+"""Bound of the constant of Newton's convergence; 0.75 on the Earth, 2.7 on an ellipsoid of 1/f = 2."""
+STANDS_STILL = 3e-17
 SMALLEST = 1e-300
 POINTS_AT_ONCE = 8192
 """Points whose intermediate numbers stay in the processor's cache."""
@@ -115,7 +115,7 @@ def geographic_from_geocentric(XYZ: ArrayLike, ellipsoid: Ellipsoid) -> Array:
 
         tan B = (Z + e'^2 b sin^3 beta)/(p - e^2 a cos^3 beta), tan beta = (b/a) tan B, p = sqrt(X^2 + Y^2)
 
-    a step of Newton, repeated until B stands still (one or two rounds near the Earth);
+    a step of Newton, repeated until B stands still (once near the Earth);
     H = p cosB + Z sinB - a sqrt(1 - e^2 sin^2 B). On the axis L = 0. Within some 45 km of the Earth's centre the normal
     is not unique and B has no meaning. Source: B. R. Bowring, 1976.
     """
@@ -132,9 +132,11 @@ def _geographic(given: ArrayLike, geocentric: Callable[[Array], Array], ellipsoi
         X, Y, Z = geocentric(rows[part])
         p = np.sqrt(X * X + Y * Y)
         sin_B, cos_B = _latitude(p, Z, ellipsoid)
-        found[part, 0] = np.arctan2(sin_B, cos_B)
-        found[part, 1] = np.arctan2(Y, X)
-        found[part, 2] = p * cos_B + Z * sin_B - ellipsoid.a_m * np.sqrt(1.0 - ellipsoid.e2 * sin_B * sin_B)
+        np.arctan2(sin_B, cos_B, out=found[part, 0])
+        np.arctan2(Y, X, out=found[part, 1])
+        p *= cos_B
+        p += Z * sin_B
+        np.subtract(p, ellipsoid.a_m * np.sqrt(1.0 - (ellipsoid.e2 * sin_B) * sin_B), out=found[part, 2])
     return found.reshape(points.shape)
 
 
@@ -142,21 +144,41 @@ def _latitude(p: Array, Z: Array, ellipsoid: Ellipsoid) -> tuple[Array, Array]:
     """sin B, cos B by Bowring's formula, without a single angle.
 
     The formula is a step of Newton: it leaves about e^2 a/(M + H) of the square of what it moved B by, and M + H is
-    the length of its numerator and denominator.
+    the length of its numerator and denominator. It begins at the latitude for H/N = k - 1, k^2 = p^2/a^2 + Z^2/b^2,
+    within 2e-8 of B up to 9 km above the Earth, so that one step is enough.
     """
     a, b, e2 = ellipsoid.a_m, ellipsoid.b_m, ellipsoid.e2
-    sine, cosine = a * Z, b * p  # of beta, to be scaled
+    k = np.sqrt((p * p) * (1.0 / (a * a)) + (Z * Z) * (1.0 / (b * b)))
+    # of beta, to be scaled; deep inside, where k says nothing of H, any start on the right side will do
+    sine, cosine = (b * k) * Z, (a * np.maximum(k - e2, 0.5 * (1.0 - e2))) * p
     for _ in range(LATITUDE_STEPS):
-        size = 1.0 / np.sqrt(np.maximum(sine * sine + cosine * cosine, SMALLEST))
-        sine, cosine = sine * size, cosine * size
-        up, out = Z + (ellipsoid.ep2 * b) * (sine * sine * sine), p - (e2 * a) * (cosine * cosine * cosine)
-        size = 1.0 / np.sqrt(np.maximum(up * up + out * out, SMALLEST))
-        sin_B, cos_B = up * size, out * size
-        moved = sin_B * (cosine * (b / a)) - cos_B * sine  # sin(B - B before), nearly
-        if np.max(moved * moved * size, initial=0.0) * (NEWTON * e2 * a) <= STANDS_STILL:
+        _to_unit_length(sine, cosine)
+        sin_B, cos_B = sine * sine * sine, cosine * cosine * cosine
+        sin_B *= ellipsoid.ep2 * b
+        sin_B += Z
+        cos_B *= -e2 * a
+        cos_B += p
+        size = _to_unit_length(sin_B, cos_B)
+        cosine *= b / a
+        moved = sin_B * cosine - cos_B * sine  # sin(B - B before), nearly
+        moved *= moved
+        moved *= size
+        if np.max(moved, initial=0.0) * (NEWTON * e2 * a) <= STANDS_STILL:
             break
         sine, cosine = b * sin_B, a * cos_B
     return sin_B, cos_B
+
+
+def _to_unit_length(sine: Array, cosine: Array) -> Array:
+    """Sine and cosine of something, in place, and what they were multiplied by."""
+    size = sine * sine
+    size += cosine * cosine
+    np.maximum(size, SMALLEST, out=size)
+    np.sqrt(size, out=size)
+    np.divide(1.0, size, out=size)
+    sine *= size
+    cosine *= size
+    return size
 
 
 def local_axes(B: ArrayLike, L: ArrayLike) -> Array:

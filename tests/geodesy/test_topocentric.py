@@ -6,8 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pyproj import Geod, Transformer
 
+from orient.geodesy import topocentric
 from orient.geodesy.convergence import convergence
-from orient.geodesy.ellipsoid import KRASOVSKY, MOON, WGS84, prime_vertical_polynomial
+from orient.geodesy.ellipsoid import KRASOVSKY, MOON, WGS84, Ellipsoid, prime_vertical_polynomial
 from orient.geodesy.topocentric import (
     Origin,
     geocentric_from_geographic,
@@ -124,6 +125,38 @@ def test_geocentric_round_trip(ellipsoid, B, L, H):
     assert back[0] == pytest.approx(B, abs=3e-15)
     assert back[2] == pytest.approx(H, abs=2e-8)
     np.testing.assert_allclose(geocentric_from_geographic(*back, ellipsoid), XYZ, rtol=0, atol=3e-8)
+
+
+@pytest.mark.parametrize("steps", [1, topocentric.LATITUDE_STEPS], ids=["one round", "all rounds"])
+@pytest.mark.parametrize("H", [-1e4, 0.0, 3e3, 9e3])
+def test_one_round_is_enough_near_the_earth(H, steps, monkeypatch):
+    """Within 4 ulp of the Earth's radius."""
+    monkeypatch.setattr(topocentric, "LATITUDE_STEPS", steps)
+    B = np.concatenate([np.linspace(-np.pi / 2, np.pi / 2, 1001), [1e-9, -1e-9]])
+    XYZ = geocentric_from_geographic(B, 0.3, H, WGS84)
+    back = geographic_from_geocentric(XYZ, WGS84)
+    np.testing.assert_allclose(back[:, 2], H, rtol=0, atol=4e-9)
+    np.testing.assert_allclose(geocentric_from_geographic(*back.T, WGS84), XYZ, rtol=0, atol=4e-9)
+
+
+@pytest.mark.parametrize("inverse_flattening", [2.0, 5.0, 20.0])
+@pytest.mark.parametrize("H", [-1e4, 0.0, 1e5, 4e7])
+def test_very_flat_bodies_too(H, inverse_flattening):
+    body = Ellipsoid("flat", 6e6, inverse_flattening)
+    B = np.linspace(-np.pi / 2, np.pi / 2, 1001)
+    XYZ = geocentric_from_geographic(B, -2.0, H, body)
+    back = geographic_from_geocentric(XYZ, body)
+    np.testing.assert_allclose(geocentric_from_geographic(*back.T, body), XYZ, rtol=0, atol=4e-8)
+
+
+@pytest.mark.parametrize("dB", [1e-12, 1e-6, 1e-3, 0.3, np.pi - 1e-9])
+def test_small_and_large_differences_keep_their_digits(dB):
+    """Along the meridian of a sphere: X = R sin dB, Z = -R (1 - cos dB) to 4 ulp."""
+    origin = Origin(-np.pi / 2, 0.0, 0.0)
+    T = topocentric_from_geographic(origin.B + dB, 0.0, 0.0, origin, MOON)
+    dB = (origin.B + dB) - origin.B
+    expected = MOON.a_m * np.array([np.sin(dB), 0.0, -2.0 * np.sin(dB / 2.0) ** 2])
+    np.testing.assert_allclose(T, expected, rtol=1e-15, atol=4e-16 * MOON.a_m * min(dB, 1.0))
 
 
 def test_the_origin_is_the_origin():
