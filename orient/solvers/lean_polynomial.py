@@ -52,14 +52,20 @@ class LeanPolynomial:
 
     def values(self, XY: FloatArray) -> FloatArray:
         """z (k, c) at places XY (k, 2)."""
-        u, v = ((np.asarray(XY, dtype=np.float64) - self.centre) / self.scale).T
+        u, v = self._normalised(XY)
         return polynomial.values(u, v, self.coefficients)
 
     def leverages(self, XY: FloatArray) -> FloatArray:
         """h = rows Q rows' (k,): variance of z at XY by sigma0^2; 1 - h is the redundancy number of a fitted point."""
-        uv = np.ascontiguousarray(((np.asarray(XY, dtype=np.float64) - self.centre) / self.scale).T)
+        uv = self._normalised(XY)
         equations = _Equations(uv, np.empty((0, uv.shape[1])), self.degree)
-        return np.concatenate([np.sum((self.R_inverse.T @ D) ** 2, axis=0) for D in equations.bordered()])
+        parts = (np.sum((self.R_inverse.T @ D) ** 2, axis=0) for D in equations.bordered())
+        return np.concatenate([np.empty(0), *parts])
+
+    def _normalised(self, XY: FloatArray) -> FloatArray:
+        """u, v (2, k); one place may come alone."""
+        places = np.atleast_2d(np.asarray(XY, dtype=np.float64))
+        return np.ascontiguousarray(((places - self.centre) / self.scale).T)
 
 
 def lean_polynomial(XY: FloatArray, z: FloatArray, degree: int) -> LeanPolynomial:

@@ -106,3 +106,10 @@ def test_as_many_points_as_terms_leave_no_sigma() -> None:
     fit = lean_polynomial(XY, z, 2)
     assert fit.redundancy == 0 and fit.sigma0 is None
     np.testing.assert_allclose(fit.leverages(XY), 1.0, rtol=1e-9)
+
+
+def test_one_place_may_come_alone_and_no_place_is_none() -> None:
+    XY, z = crosses("alone", 30, 2)
+    fit = lean_polynomial(XY, z, 2)
+    np.testing.assert_array_equal(fit.values(XY[0]), fit.values(XY)[:1])
+    assert (fit.values(XY[:0]).shape, fit.leverages(XY[:0]).shape) == ((0, 2), (0,))
