@@ -51,13 +51,19 @@ def values(u: ArrayLike, v: ArrayLike, coefficients: Array) -> Array:
     for begin in range(0, len(u), POINTS_AT_ONCE):
         part = slice(begin, begin + POINTS_AT_ONCE)
         for c in range(coefficients.shape[1]):
-            total = np.zeros_like(u[part])
-            for k in range(degree, -1, -1):
-                inner = np.full_like(total, by_power[degree - k, k][c])
-                for j in range(degree - k - 1, -1, -1):
-                    inner *= u[part]
-                    inner += by_power[j, k][c]
-                total *= v[part]
-                total += inner
-            found[part, c] = total
+            found[part, c] = _horner(u[part], v[part], degree, {jk: float(row[c]) for jk, row in by_power.items()})
     return found
+
+
+def _horner(u: Array, v: Array, degree: int, a: dict[tuple[int, int], float]) -> Array:
+    """One polynomial of some points."""
+    total, inner = np.full_like(u, a[0, degree]), np.empty_like(u)
+    for k in range(degree - 1, -1, -1):
+        np.multiply(u, a[degree - k, k], out=inner)
+        inner += a[degree - k - 1, k]
+        for j in range(degree - k - 2, -1, -1):
+            inner *= u
+            inner += a[j, k]
+        total *= v
+        total += inner
+    return total

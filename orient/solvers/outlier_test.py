@@ -85,4 +85,4 @@ def bonferroni(probability: float, tests: int) -> float:
 
 
 def _or_none(values: Vector, is_known: NDArray[np.bool_]) -> tuple[float | None, ...]:
-    return tuple(float(value) if known else None for value, known in zip(values, is_known, strict=True))
+    return tuple(value if known else None for value, known in zip(values.tolist(), is_known.tolist(), strict=True))

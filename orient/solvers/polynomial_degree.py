@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from itertools import compress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,7 +46,7 @@ class Crosses:
     def only(self, chosen: NDArray[np.bool_]) -> "Crosses":
         """The crosses of a mask (n,); those without a name keep their number as one."""
         names = self.names or tuple(str(i + 1) for i in range(len(self.XY)))
-        kept = tuple(name for name, is_chosen in zip(names, chosen, strict=True) if is_chosen)
+        kept = tuple(compress(names, chosen.tolist()))
         return Crosses(self.XY[chosen], self.target[chosen], self.metres_per_unit[chosen], self.sheet, kept)
 
     @property

@@ -167,10 +167,12 @@ def _shift(residuals: Vector, carrying: Crosses, numbers: Vector, redundancy: in
     # one mean factor for the sheet: residuals stay a projection of the errors, as the F distribution demands
     factor = np.mean(carrying.metres_per_unit, axis=0)
     test = mean_shift_test(residuals * factor, numbers, redundancy, carrying.rounding_m)
-    place = np.cumsum(used) - 1
+    if used.all():
+        return test
+    statistic, probability = iter(test.statistic), iter(test.probability)
     return ShiftTest(
-        tuple(test.statistic[k] if is_used else None for k, is_used in zip(place, used, strict=True)),
-        tuple(test.probability[k] if is_used else None for k, is_used in zip(place, used, strict=True)),
+        tuple(next(statistic) if is_used else None for is_used in used.tolist()),
+        tuple(next(probability) if is_used else None for is_used in used.tolist()),
     )
 
 
@@ -203,7 +205,8 @@ def _refuse_few(n: int, degree: int | None, title: str) -> None:
 
 
 def _refuse_repeated(crosses: Crosses) -> None:
-    if len(np.unique(crosses.XY[:, 0] + 1j * crosses.XY[:, 1])) == len(crosses.XY):
+    in_order = crosses.XY[np.lexsort(crosses.XY.T)]
+    if not (in_order[1:] == in_order[:-1]).all(axis=1).any():
         return
     first: dict[tuple[float, ...], str] = {}
     for label, place in zip(crosses.names, map(tuple, crosses.XY.tolist()), strict=True):
