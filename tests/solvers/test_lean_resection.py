@@ -11,7 +11,7 @@ from orient.geometry.rotation import matrix_from_opk
 from orient.solvers import resection_batch as module
 from orient.solvers.lean_resection import lean_resection
 from orient.solvers.resection import resect
-from orient.solvers.resection_batch import photo_sums, resection_batch
+from orient.solvers.resection_batch import by_numpy, resection_batch
 
 Array = NDArray[np.float64]
 F_MM, SIGMA_MM = 300.0, 0.005
@@ -130,5 +130,5 @@ def test_the_compiled_sums_are_the_same() -> None:
         one, other = (getattr(result, name) for result in found)
         scale = np.abs(one).max()
         assert np.allclose(one, other, rtol=0, atol=1e-9 * scale), name
-    assert module._sums_by(None, module.COMPILED_FROM) is kernel.compiled_sums
-    assert module._sums_by(None, module.COMPILED_FROM - 1) is photo_sums
+    assert module._solver(None, module.COMPILED_FROM) is kernel.by_kernel
+    assert module._solver(None, module.COMPILED_FROM - 1) is by_numpy

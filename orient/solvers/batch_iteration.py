@@ -1,0 +1,179 @@
+"""Gauss-Newton for many photos with the same number of points: every array has the photos on its last axis.
+
+Unknowns, equations and their order are those of `lean_design`.
+"""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orient.geometry.rotation import cross_matrix
+from orient.solvers.lean_design import SIGNS, UNKNOWNS, Design
+from orient.solvers.lean_resection import LAST_IN_SIGMAS, LAST_STEP
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+CROSS = np.array([cross_matrix(axis) for axis in np.eye(3)])
+"""[r]x = r1 CROSS[0] + r2 CROSS[1] + r3 CROSS[2]."""
+FEW_LEFT = 0.5
+DIAGONAL = np.diag_indices(3)
+
+
+@dataclass(frozen=True, slots=True)
+class Photos:
+    """What is given of p photos: image (p, n, 2), ground (p, n, 3), f (p,), rough R (p, 3, 3) and S (p, 3)."""
+
+    image: FloatArray
+    ground: FloatArray
+    f: FloatArray
+    rotation: FloatArray
+    station: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.image)
+
+    def __getitem__(self, at: slice) -> "Photos":
+        return Photos(*(getattr(self, field.name)[at] for field in fields(self)))
+
+
+@dataclass(frozen=True, slots=True)
+class BatchResection:
+    """Orientations of p photos: R (p, 3, 3), S (p, 3), cofactors Q (p, 6, 6) of (r, S) with R_new = exp([r]x) R.
+
+    `vPv` (p,) [mm^2]; `iterations` (p,); `converged` (p,): False where no start led to an end with all points in
+    front: such a photo has NaN, and `resect` says why.
+    """
+
+    rotation: FloatArray
+    station: FloatArray
+    Q: FloatArray
+    vPv: FloatArray
+    iterations: NDArray[np.int64]
+    converged: BoolArray
+
+    def put(self, at: slice, part: "BatchResection") -> None:
+        for field in fields(self):
+            getattr(self, field.name)[at] = getattr(part, field.name)
+
+
+def unsolved(photos: Photos) -> BatchResection:
+    """The result before the iteration: rough values and NaN."""
+    p = len(photos)
+    Q, vPv, counts = np.full((p, 6, 6), np.nan), np.full(p, np.nan), np.zeros(p, dtype=np.int64)
+    return BatchResection(photos.rotation.copy(), photos.station.copy(), Q, vPv, counts, counts > 0)
+
+
+def gauss_newton(photos: Photos, max_iterations: int) -> BatchResection:
+    """All photos together, each until its last step; when few are left they go on by themselves."""
+    result = unsolved(photos)
+    running = _Running(photos)
+    with np.errstate(all="ignore"):
+        for _ in range(max_iterations):
+            running.iterate()
+            left = np.count_nonzero(running.is_live)
+            if left == 0:
+                break
+            if left < FEW_LEFT * running.is_live.size:
+                running.write(result)
+                running.keep(running.is_live)
+        running.write(result)
+    return result
+
+
+class _Running:
+    """Points about the first one in camera distances, x/f, camera from ground M (3, 4, p), and how far each photo is."""
+
+    def __init__(self, photos: Photos) -> None:
+        p, n, _ = photos.image.shape
+        self.place, self.f = np.arange(p), photos.f
+        self.origin = photos.ground[:, 0].T
+        away = self.origin - photos.station.T
+        self.distance = np.linalg.norm(away, axis=0)
+        self.image = np.divide(photos.image.transpose(2, 1, 0), self.f, out=np.empty((2, n, p)))
+        self.ground = np.ones((4, n, p))
+        np.subtract(photos.ground.transpose(2, 1, 0), self.origin[:, None], out=self.ground[:3])
+        self.ground[:3] /= self.distance
+        self.M = np.empty((3, 4, p))
+        self.M[:, :3] = photos.rotation.transpose(2, 1, 0)
+        self.M[:, 3] = np.einsum("ikp,kp->ip", self.M[:, :3], away / self.distance)
+        self.N = np.empty((7, 7, p))
+        self.count, self.is_live, self.has_ended = np.zeros(p, dtype=np.int64), self.place >= 0, self.place < 0
+        self.design = Design(n, p)
+
+    def iterate(self) -> None:
+        """One step of the photos that are live; the others stay as they are."""
+        N = self.design.normal_matrices(self.M, self.image, self.ground)
+        y = _cholesky(N)
+        step = _backward(N, y)
+        np.copyto(self.N, N, where=self.is_live)
+        np.copyto(self.M, _moved(self.M, step), where=self.is_live)
+        self.count += self.is_live
+        moved, size = np.abs(step).sum(axis=0), np.einsum("ip,ip->p", y, y)
+        redundancy = max(2 * self.image.shape[1] - 6, 1)
+        is_last = (moved < LAST_STEP) | (size * redundancy < LAST_IN_SIGMAS**2 * N[6, 6])
+        self.has_ended |= self.is_live & is_last
+        self.is_live &= ~is_last & np.isfinite(moved)
+
+    def write(self, result: BatchResection) -> None:
+        """What has been found of the photos that have ended, with all points in front."""
+        in_front = np.einsum("kp,knp->np", self.M[2], self.ground).max(axis=0) < 0
+        result.iterations[self.place] = self.count
+        good = np.flatnonzero(self.has_ended & in_front)
+        at, M, d, f = self.place[good], self.M[:, :, good], self.distance[good], self.f[good]
+        R_transposed = M[:, :3]
+        result.rotation[at] = R_transposed.transpose(2, 1, 0)
+        result.station[at] = (self.origin[:, good] - d * np.einsum("ikp,ip->kp", R_transposed, M[:, 3])).T
+        result.Q[at] = _cofactors(self.N[:6, :6, good], R_transposed, d, f).transpose(2, 0, 1)
+        result.vPv[at] = self.N[6, 6, good] * f**2
+        result.converged[at] = True
+
+    def keep(self, which: BoolArray) -> None:
+        for name in ("place", "f", "origin", "distance", "image", "ground", "M", "N", "count", "has_ended", "is_live"):
+            setattr(self, name, getattr(self, name)[..., which])
+        self.design = Design(*self.image.shape[1:])
+
+
+def _moved(M: FloatArray, step: FloatArray) -> FloatArray:
+    """P_camera <- E P_camera + t (3, 4, p)."""
+    natural = step[UNKNOWNS] * SIGNS[:, None]
+    moved = np.einsum("ijp,jkp->ikp", _turns(natural[:3]), M)
+    moved[:, 3] += natural[3:]
+    return moved
+
+
+def _cholesky(N: FloatArray) -> FloatArray:
+    """L with L L' = N in place of the first six rows and columns of N (7, 7, p); returns y = L^-1 g, g the last row."""
+    for j in range(6):
+        N[j:, j] -= np.einsum("ikp,kp->ip", N[j:, :j], N[j, :j])
+        N[j:, j] /= np.sqrt(N[j, j])
+    return N[6, :6]
+
+
+def _backward(L: FloatArray, y: FloatArray) -> FloatArray:
+    """L'^-1 y."""
+    x = np.empty_like(y)
+    for i in range(5, -1, -1):
+        x[i] = (y[i] - np.einsum("kp,kp->p", L[i + 1 : 6, i], x[i + 1 :])) / L[i, i]
+    return x
+
+
+def _turns(r: FloatArray) -> FloatArray:
+    """Cayley's ((1 - c'c) I + 2 c c' + 2 [c]x) / (1 + c'c), c = r/2, of (3, p): (3, 3, p); exp([r]x) to second order."""
+    c = 0.5 * r
+    cc = np.einsum("ip,ip->p", c, c)
+    turns = c[:, None] * c
+    turns += np.einsum("kij,kp->ijp", CROSS, c)
+    turns *= 2.0 / (1.0 + cc)
+    turns[DIAGONAL] += (1.0 - cc) / (1.0 + cc)
+    return turns
+
+
+def _cofactors(L: FloatArray, R_transposed: FloatArray, d: FloatArray, f: FloatArray) -> FloatArray:
+    """(6, 6, p) of (r, S) in the ground's axes, r -> -R r, dS = -R t d: F'F with L F = (-R, -R d)' / f."""
+    F = np.zeros((6, 6, len(f)))
+    F[UNKNOWNS[:3], :3] = R_transposed / -f
+    F[UNKNOWNS[3:], 3:] = SIGNS[3:, None, None] * R_transposed * (d / -f)
+    for i in range(6):
+        F[i] = (F[i] - np.einsum("kp,kjp->jp", L[i, :i], F[:i])) / L[i, i]
+    return np.einsum("kip,kjp->ijp", F, F)
