@@ -4,11 +4,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from orient.errors import UsageError
+from orient.solvers.batch_iteration import BatchResection
 from orient.solvers.lean_resection import LeanResection, lean_resection
-from orient.solvers.resection_batch import BatchResection, resection_batch
+from orient.solvers.resection_batch import resection_batch
 
 Array = NDArray[np.float64]
 LEAST_POINTS = 3
+ROUGHEST, EXACT = 0.1, 1e-14
+"""Largest element of R R' - I of a matrix that may be meant as a rotation, and of one that is left as it is."""
 
 
 def resection(
@@ -26,7 +29,7 @@ def resection(
     (r, S) with R_new = exp([r]x) R; covariance = sigma0^2 Q, sigma0 [mm]. `converged` is False where it leads nowhere.
     """
     x, P = _matched(image, ground, "n")
-    start = _array("rotation", rotation, (3, 3)), _array("station", station, (3,))
+    start = _rotations(rotation, (3, 3)), _array("station", station, (3,))
     S = None if ground_cofactor is None else _array("ground_cofactor", ground_cofactor, (len(x), 3, 3))
     return lean_resection(x, P, float(_focal_lengths(f_mm, 1)[0]), *start, S)
 
@@ -48,7 +51,7 @@ def resections(
     """
     x, P = _matched(image, ground, "p, n")
     p = len(x)
-    R = None if rotation is None else _array("rotation", rotation, (p, 3, 3))
+    R = None if rotation is None else _rotations(rotation, (p, 3, 3))
     S = None if station is None else _array("station", station, (p, 3))
     return resection_batch(x, P, _focal_lengths(f_mm, p), R, S, compiled=compiled)
 
@@ -73,6 +76,18 @@ def _array(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
         raise UsageError(f"{name} has the shape {array.shape}", f"Give {name} {shape}.")
     _require_finite(name, array)
     return array
+
+
+def _rotations(values: ArrayLike, shape: tuple[int, ...]) -> Array:
+    """Rough rotations: the nearest ones, because the iteration only turns what it is given."""
+    R = _array("rotation", values, shape)
+    apart = np.abs(R @ R.mT - np.eye(3)).max()
+    if apart > ROUGHEST or np.any(np.linalg.det(R) < 0):
+        raise UsageError("rotation is no rotation matrix", "Give image axes to right-handed ground axes, det = +1.")
+    if apart < EXACT:
+        return R
+    U, _, Vt = np.linalg.svd(R)
+    return np.asarray(U @ Vt)
 
 
 def _require_finite(name: str, array: Array) -> None:

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from orient.geometry.rotation import cross_matrix
 from orient.solvers.lean_design import SIGNS, UNKNOWNS, Design
-from orient.solvers.lean_resection import LAST_IN_SIGMAS, LAST_STEP
+from orient.solvers.lean_resection import LAST_IN_SIGMAS, LAST_STEP, SINGULAR
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 CROSS = np.array([cross_matrix(axis) for axis in np.eye(3)])
 """[r]x = r1 CROSS[0] + r2 CROSS[1] + r3 CROSS[2]."""
-FEW_LEFT = 0.5
+LOWER = np.tri(6)[:, :, None]
 DIAGONAL = np.diag_indices(3)
 
 
@@ -33,7 +33,7 @@ class Photos:
     def __len__(self) -> int:
         return len(self.image)
 
-    def __getitem__(self, at: slice) -> "Photos":
+    def __getitem__(self, at: slice | NDArray[np.intp]) -> "Photos":
         return Photos(*(getattr(self, field.name)[at] for field in fields(self)))
 
 
@@ -52,7 +52,7 @@ class BatchResection:
     iterations: NDArray[np.int64]
     converged: BoolArray
 
-    def put(self, at: slice, part: "BatchResection") -> None:
+    def put(self, at: slice | NDArray[np.intp], part: "BatchResection") -> None:
         for field in fields(self):
             getattr(self, field.name)[at] = getattr(part, field.name)
 
@@ -64,29 +64,26 @@ def unsolved(photos: Photos) -> BatchResection:
     return BatchResection(photos.rotation.copy(), photos.station.copy(), Q, vPv, counts, counts > 0)
 
 
-def gauss_newton(photos: Photos, max_iterations: int) -> BatchResection:
-    """All photos together, each until its last step; when few are left they go on by themselves."""
-    result = unsolved(photos)
+def gauss_newton(photos: Photos, max_iterations: int, may_be_left: float = 0.0) -> BatchResection:
+    """All photos together until no more than a share of them is left: those have no iterations in the result."""
     running = _Running(photos)
     with np.errstate(all="ignore"):
         for _ in range(max_iterations):
             running.iterate()
-            left = np.count_nonzero(running.is_live)
-            if left == 0:
+            if np.count_nonzero(running.is_live) <= may_be_left * len(photos):
                 break
-            if left < FEW_LEFT * running.is_live.size:
-                running.write(result)
-                running.keep(running.is_live)
-        running.write(result)
-    return result
+        found = running.result(photos)
+    if may_be_left:
+        found.iterations[running.is_live] = 0
+    return found
 
 
 class _Running:
-    """Points about the first one in camera distances, x/f, camera from ground M (3, 4, p), and how far each photo is."""
+    """Points about the first one in camera distances, x/f, camera from ground M (3, 4, p), how far each photo is."""
 
     def __init__(self, photos: Photos) -> None:
         p, n, _ = photos.image.shape
-        self.place, self.f = np.arange(p), photos.f
+        self.f = photos.f
         self.origin = photos.ground[:, 0].T
         away = self.origin - photos.station.T
         self.distance = np.linalg.norm(away, axis=0)
@@ -98,7 +95,8 @@ class _Running:
         self.M[:, :3] = photos.rotation.transpose(2, 1, 0)
         self.M[:, 3] = np.einsum("ikp,kp->ip", self.M[:, :3], away / self.distance)
         self.N = np.empty((7, 7, p))
-        self.count, self.is_live, self.has_ended = np.zeros(p, dtype=np.int64), self.place >= 0, self.place < 0
+        self.count = np.zeros(p, dtype=np.int64)
+        self.is_live, self.has_ended = self.count == 0, self.count > 0
         self.design = Design(n, p)
 
     def iterate(self) -> None:
@@ -115,23 +113,22 @@ class _Running:
         self.has_ended |= self.is_live & is_last
         self.is_live &= ~is_last & np.isfinite(moved)
 
-    def write(self, result: BatchResection) -> None:
-        """What has been found of the photos that have ended, with all points in front."""
+    def result(self, photos: Photos) -> BatchResection:
+        """Of the photos that have ended, are determined and have all points in front."""
         in_front = np.einsum("kp,knp->np", self.M[2], self.ground).max(axis=0) < 0
-        result.iterations[self.place] = self.count
-        good = np.flatnonzero(self.has_ended & in_front)
-        at, M, d, f = self.place[good], self.M[:, :, good], self.distance[good], self.f[good]
-        R_transposed = M[:, :3]
-        result.rotation[at] = R_transposed.transpose(2, 1, 0)
-        result.station[at] = (self.origin[:, good] - d * np.einsum("ikp,ip->kp", R_transposed, M[:, 3])).T
-        result.Q[at] = _cofactors(self.N[:6, :6, good], R_transposed, d, f).transpose(2, 0, 1)
-        result.vPv[at] = self.N[6, 6, good] * f**2
-        result.converged[at] = True
-
-    def keep(self, which: BoolArray) -> None:
-        for name in ("place", "f", "origin", "distance", "image", "ground", "M", "N", "count", "has_ended", "is_live"):
-            setattr(self, name, getattr(self, name)[..., which])
-        self.design = Design(*self.image.shape[1:])
+        L = self.N[:6, :6]
+        pivots = np.square(L[range(6), range(6)])
+        regular = np.all(pivots > SINGULAR * np.einsum("ikp,ikp->ip", LOWER * L, L), axis=0)
+        good = self.has_ended & in_front & regular
+        found = unsolved(photos)
+        found.iterations[:], found.converged[:] = self.count, good
+        M, d, f = self.M, self.distance, self.f
+        Rt = M[:, :3]
+        found.rotation[good] = Rt.transpose(2, 1, 0)[good]
+        found.station[good] = (self.origin - d * np.einsum("ikp,ip->kp", Rt, M[:, 3])).T[good]
+        found.Q[good] = _cofactors(L, Rt, d, f).transpose(2, 0, 1)[good]
+        found.vPv[good] = (self.N[6, 6] * f**2)[good]
+        return found
 
 
 def _moved(M: FloatArray, step: FloatArray) -> FloatArray:
@@ -139,7 +136,7 @@ def _moved(M: FloatArray, step: FloatArray) -> FloatArray:
     natural = step[UNKNOWNS] * SIGNS[:, None]
     moved = np.einsum("ijp,jkp->ikp", _turns(natural[:3]), M)
     moved[:, 3] += natural[3:]
-    return moved
+    return np.asarray(moved)
 
 
 def _cholesky(N: FloatArray) -> FloatArray:
@@ -159,7 +156,7 @@ def _backward(L: FloatArray, y: FloatArray) -> FloatArray:
 
 
 def _turns(r: FloatArray) -> FloatArray:
-    """Cayley's ((1 - c'c) I + 2 c c' + 2 [c]x) / (1 + c'c), c = r/2, of (3, p): (3, 3, p); exp([r]x) to second order."""
+    """(3, 3, p) of (3, p): Cayley's ((1 - c'c) I + 2 c c' + 2 [c]x) / (1 + c'c), c = r/2; exp([r]x) to second order."""
     c = 0.5 * r
     cc = np.einsum("ip,ip->p", c, c)
     turns = c[:, None] * c
@@ -169,11 +166,11 @@ def _turns(r: FloatArray) -> FloatArray:
     return turns
 
 
-def _cofactors(L: FloatArray, R_transposed: FloatArray, d: FloatArray, f: FloatArray) -> FloatArray:
+def _cofactors(L: FloatArray, Rt: FloatArray, d: FloatArray, f: FloatArray) -> FloatArray:
     """(6, 6, p) of (r, S) in the ground's axes, r -> -R r, dS = -R t d: F'F with L F = (-R, -R d)' / f."""
     F = np.zeros((6, 6, len(f)))
-    F[UNKNOWNS[:3], :3] = R_transposed / -f
-    F[UNKNOWNS[3:], 3:] = SIGNS[3:, None, None] * R_transposed * (d / -f)
+    F[UNKNOWNS[:3], :3] = Rt / -f
+    F[UNKNOWNS[3:], 3:] = SIGNS[3:, None, None] * Rt * (d / -f)
     for i in range(6):
         F[i] = (F[i] - np.einsum("kp,kjp->jp", L[i, :i], F[:i])) / L[i, i]
-    return np.einsum("kip,kjp->ijp", F, F)
+    return np.asarray(np.einsum("kip,kjp->ijp", F, F))

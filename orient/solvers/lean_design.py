@@ -22,11 +22,13 @@ UNKNOWNS = np.array([3, 4, 0, 1, 2, 5])
 """Places of r1, r2, r3, t1, t2, t3."""
 SIGNS = np.array([1.0, 1.0, 1.0, -1.0, -1.0, 1.0])
 """Their signs."""
+ACROSS = np.array([[1.0], [-1.0]])
+"""(v, u) to (v, -u); also what the rows of r1 and r2 add."""
 N_ROWS, N_POINT_ROWS = 8, 3
 
 
 class Design:
-    """Rows of A and l of points without errors, (n,) of one photo or (n, p) of p photos; `extra` rows below are zero."""
+    """Rows of A and l of points without errors, (n,) of one photo or (n, p) of p photos, and `extra` rows below."""
 
     def __init__(self, *shape: int, extra: int = 0) -> None:
         self.rows = np.zeros((N_ROWS + extra, 2, *shape))
@@ -39,8 +41,7 @@ class Design:
         self.ones, self.l = lines[9:11], self.rows[7]
         self.flat = self.rows[:N_ROWS].reshape(N_ROWS, -1, *shape[1:])
         self.equations = self.flat[1:]
-        self.across = np.array([1.0, -1.0]).reshape(2, *[1] * len(shape))
-        """(v, u) to (v, -u); also what the rows of r1 and r2 add."""
+        self.across = ACROSS if len(shape) == 1 else ACROSS[:, None]
 
     def normal_matrix(self, M: FloatArray, image: FloatArray, ground: FloatArray) -> FloatArray:
         """(7, 7) of A and l: `M` (3, 4) camera from ground (4, n) with ones, `image` x/f (2, n)."""
@@ -80,6 +81,7 @@ class WeightedDesign(Design):
         super().__init__(n, extra=N_POINT_ROWS)
         self.given, self.cofactor = given, cofactor
         self.H, self.zeros = self.rows[N_ROWS:], self.rows.reshape(-1, n)[5:7]
+        self.x_rows, self.y_rows = self.rows[1:, 0], self.rows[1:, 1]
 
     def _linearise(self, M: FloatArray, image: FloatArray, ground: FloatArray) -> None:
         super()._linearise(M, image, ground)
@@ -87,16 +89,12 @@ class WeightedDesign(Design):
         B = (self.uv * M[2, :3, None, None] - M[:2, :3].T[:, :, None]) * self.w
         self.l -= np.einsum("kin,kn->in", B, self.given - ground[:3])
         np.einsum("kin,kln->lin", B, self.cofactor, out=self.H)
-        xx, xy, yy = (np.einsum("kn,kn->n", B[:, i], self.H[:, j]) for i, j in ((0, 0), (0, 1), (1, 1)))
-        self._whiten(1.0 + xx, xy, 1.0 + yy)
-
-    def _whiten(self, xx: FloatArray, xy: FloatArray, yy: FloatArray) -> None:
-        l11 = np.sqrt(xx)
+        (xx, xy), (_, yy) = np.einsum("kin,kjn->ijn", B, self.H)
+        l11 = np.sqrt(1.0 + xx)
         l21 = xy / l11
-        x, y = self.rows[1:, 0], self.rows[1:, 1]
-        x /= l11
-        y -= l21 * x
-        y /= np.sqrt(yy - l21 * l21)
+        self.x_rows /= l11
+        self.y_rows -= l21 * self.x_rows
+        self.y_rows /= np.sqrt(1.0 + yy - l21 * l21)
 
     def moved(self, step: FloatArray) -> FloatArray:
         """P = P0 + S B' (1 + B S B')^-1 (l - A d) (3, n)."""

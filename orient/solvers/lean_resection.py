@@ -12,6 +12,7 @@ place into one buffer that stays in the processor's cache, and one product of it
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,10 +24,14 @@ FloatArray = NDArray[np.float64]
 
 POINTS_AT_ONCE = 2048
 """Points whose equations stay in the processor's cache."""
+MANY_POINTS, EVERY = 4000, 16
+"""From so many points on every 16th is solved first."""
 LAST_STEP = 3e-9
 """Sum of |r| [rad] and |t| [camera distances]: Q, which is that of the place before the last step, is right to 1e-8."""
 LAST_IN_SIGMAS = 1e-6
 """Or in standard deviations, for photos so weak that rounding alone makes larger steps."""
+SINGULAR = 1e-14
+"""Share of an unknown's weight that must be left when the others are unknown too."""
 LAST_MOVE = 1e-9
 """Of a weighted ground point, in camera distances."""
 EYE = np.eye(4)
@@ -77,27 +82,59 @@ def lean_resection(
     `ground_cofactor` (n, 3, 3) [m^2/mm^2]: then each point is eliminated by its 2 x 2 matrix 1 + B S B'.
     Source: seed 004, equations (3)-(5) with ground observations.
     """
-    photo = _Photo(image, ground, f_mm, station, ground_cofactor)
-    M = photo.camera_from_ground(rotation, station)
-    redundancy = max(2 * len(image) - 6, 1)
     with np.errstate(all="ignore"):
-        for number in range(1, max_iterations + 1):
-            N = photo.normal_matrix(M)
-            g, vPv = N[6, :6], float(N[6, 6])
-            try:
-                inverse = np.linalg.inv(N[:6, :6])
-            except np.linalg.LinAlgError:
+        for R, S in _starts(image, ground, f_mm, rotation, station, ground_cofactor):
+            found = _gauss_newton(_Photo(image, ground, f_mm, S, ground_cofactor), R, S, max_iterations)
+            if found.converged:
                 break
-            step = inverse @ g
-            size = float(step @ g)
-            lift = photo.move_points(step)
-            M = _moved(step) @ M
-            is_small = sum(map(abs, step.tolist())) < LAST_STEP or size * redundancy < LAST_IN_SIGMAS**2 * vPv
-            if is_small and lift < LAST_MOVE:
+    return found
+
+
+def _starts(
+    image: FloatArray,
+    ground: FloatArray,
+    f_mm: float,
+    rotation: FloatArray,
+    station: FloatArray,
+    ground_cofactor: FloatArray | None,
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """With many points the orientation by some of them, which leaves two steps for all; then the rough values."""
+    if len(image) >= MANY_POINTS:
+        k = np.arange(len(image) // EVERY)
+        at = EVERY * k + (k * 40503 >> 7) % EVERY  # without the rhythm of a grid
+        cofactor = None if ground_cofactor is None else ground_cofactor[at]
+        found = lean_resection(image[at], ground[at], f_mm, rotation, station, cofactor)
+        if found.converged:
+            yield found.rotation, found.station
+    yield rotation, station
+
+
+def _gauss_newton(photo: "_Photo", R: FloatArray, S: FloatArray, max_iterations: int) -> LeanResection:
+    M = photo.camera_from_ground(R, S)
+    for number in range(1, max_iterations + 1):
+        N = photo.normal_matrix(M)
+        g, vPv = N[6, :6], float(N[6, 6])
+        try:
+            inverse: FloatArray = np.linalg.inv(N[:6, :6]).astype(np.float64, copy=False)
+        except np.linalg.LinAlgError:
+            break
+        step = inverse @ g
+        lift = photo.move_points(step)
+        M, moved = _moved(M, step)
+        is_small = moved < LAST_STEP or float(step @ g) * photo.redundancy < LAST_IN_SIGMAS**2 * vPv
+        if is_small and lift < LAST_MOVE:
+            if _is_regular(N, inverse) and photo.is_in_front(M):
                 return photo.result(M, inverse, vPv, number)
-            if not math.isfinite(size):
-                break
-    return photo.failed(M, max_iterations)
+            break
+        if not math.isfinite(moved):
+            break
+    return LeanResection(R, S, np.full((6, 6), np.nan), math.nan, number, converged=False)
+
+
+def _is_regular(N: FloatArray, inverse: FloatArray) -> bool:
+    """Do the points determine each unknown? N_ii (N^-1)_ii tells what of its weight the others take."""
+    taken = (N.diagonal()[:6] * inverse.diagonal()).tolist()
+    return bool(min(taken) > 0.0 and max(taken) < 1.0 / SINGULAR)
 
 
 class _Photo:
@@ -108,29 +145,20 @@ class _Photo:
     ) -> None:
         n = len(image)
         self.f, self.origin = f, ground[0]
-        self.distance = math.dist(ground[0].tolist(), station.tolist())
-        self.image = np.divide(image.T, f, out=np.empty((2, n)))
+        self.distance = math.dist(self.origin.tolist(), station.tolist())
+        self.redundancy = max(2 * n - 6, 1)
+        self.image = np.divide(image.T, f, np.empty((2, n)))
         self.ground = np.ones((4, n))
         points = self.points = self.ground[:3]
-        np.subtract(ground.T, self.origin[:, None], out=points)
+        np.subtract(ground.T, self.origin[:, None], points)
         points /= self.distance
-        self.weighted = None if cofactor is None else self._weighted_design(cofactor)
-        self.blocks = self._blocks(n)
-
-    def _weighted_design(self, cofactor: FloatArray) -> WeightedDesign:
-        scaled = np.ascontiguousarray(cofactor.transpose(1, 2, 0)) * (self.f / self.distance) ** 2
-        return WeightedDesign(self.points.copy(), scaled)
-
-    def _blocks(self, n: int) -> list[tuple[Design, FloatArray, FloatArray]]:
-        """Some thousand points at a time, all in one buffer; weighted ones together, they come back to their rows."""
-        if self.weighted or n <= POINTS_AT_ONCE:
-            return [(self.weighted or Design(n), self.image, self.ground)]
-        parts = [slice(begin, begin + POINTS_AT_ONCE) for begin in range(0, n, POINTS_AT_ONCE)]
-        full, last = Design(POINTS_AT_ONCE), Design(n - parts[-1].start)
-        designs = [full] * (len(parts) - 1) + [last]
-        return [
-            (design, self.image[:, part], self.ground[:, part]) for design, part in zip(designs, parts, strict=True)
-        ]
+        self.weighted: WeightedDesign | None = None
+        if cofactor is not None:
+            scaled = np.ascontiguousarray(cofactor.transpose(1, 2, 0)) * (f / self.distance) ** 2
+            self.weighted = WeightedDesign(points.copy(), scaled)
+        # weighted points are all in one buffer, because they come back to their rows
+        self.together = n if self.weighted else min(n, POINTS_AT_ONCE)
+        self.design = self.weighted or Design(self.together)
 
     def camera_from_ground(self, R: FloatArray, S: FloatArray) -> FloatArray:
         """(4, 4) of (xs, ys, zs, 1) in camera distances."""
@@ -140,12 +168,16 @@ class _Photo:
         return M
 
     def normal_matrix(self, M: FloatArray) -> FloatArray:
-        """(A l)'P(A l) (7, 7)."""
-        camera = M[:3]
-        total, *others = (design.normal_matrix(camera, image, ground) for design, image, ground in self.blocks)
-        for N in others:
-            total += N
-        return total
+        """(A l)'P(A l) (7, 7), some thousand points at a time."""
+        n, m, camera = self.image.shape[1], self.together, M[:3]
+        if n == m:
+            return self.design.normal_matrix(camera, self.image, self.ground)
+        N = np.zeros((7, 7))
+        for begin in range(0, n, m):
+            part = slice(begin, begin + m)
+            design = self.design if begin + m <= n else Design(n - begin)
+            N += design.normal_matrix(camera, self.image[:, part], self.ground[:, part])
+        return N
 
     def move_points(self, step: FloatArray) -> float:
         """The largest move of a point with errors, in camera distances."""
@@ -156,40 +188,34 @@ class _Photo:
         self.points[:] = moved
         return lift
 
+    def is_in_front(self, M: FloatArray) -> bool:
+        return bool((M[2] @ self.ground).max() < 0)
+
     def result(self, M: FloatArray, inverse: FloatArray, vPv: float, number: int) -> LeanResection:
-        R, S = self._pose(M)
-        in_front = float((M[2] @ self.ground).max()) < 0
-        turn = np.zeros((6, 6))
+        R, t, d, f = M[:3, :3].T, M[:3, 3], self.distance, self.f
+        S = self.origin - R @ t * d
+        turn = np.zeros((6, 6))  # r -> -R r, dS = -R t d
         turn[:3, UNKNOWNS[:3]] = -R
-        turn[3:, UNKNOWNS[3:]] = R * (SIGNS[3:] * -self.distance)
-        Q = turn @ inverse @ turn.T / self.f**2
-        vPv *= self.f**2
+        turn[3:, UNKNOWNS[3:]] = R * (SIGNS[3:] * -d)
+        Q = turn @ inverse @ turn.T / f**2
         if self.weighted is None:
-            return LeanResection(R, S, Q, vPv, number, in_front)
-        P = self.origin + self.distance * self.points.T
+            return LeanResection(R, S, Q, vPv * f**2, number, True)
+        P = self.origin + d * self.points.T
         G, own = self.weighted.point_cofactors()
-        G = self.distance * G @ np.linalg.inv(turn)
-        return LeanResection(R, S, Q, vPv, number, in_front, P, G, own * (self.distance / self.f) ** 2)
-
-    def failed(self, M: FloatArray, number: int) -> LeanResection:
-        return LeanResection(*self._pose(M), np.full((6, 6), np.nan), math.nan, number, converged=False)
-
-    def _pose(self, M: FloatArray) -> tuple[FloatArray, FloatArray]:
-        R = M[:3, :3].T
-        return R, self.origin - self.distance * (R @ M[:3, 3])
+        by_elements = (G.reshape(-1, 6) @ (d * np.linalg.inv(turn))).reshape(G.shape)
+        return LeanResection(R, S, Q, vPv * f**2, number, True, P, by_elements, own * (d / f) ** 2)
 
 
-def _moved(step: FloatArray) -> FloatArray:
-    """(4, 4) of P_camera <- E P_camera + t; E is Cayley's rotation, exp([r]x) to second order, without arrays."""
-    z, t1, t2, x, y, t3 = step.tolist()
+def _moved(M: FloatArray, step: FloatArray) -> tuple[FloatArray, float]:
+    """M (4, 4) after P_camera <- E P_camera + t, E Cayley's rotation, exp([r]x) to second order; sum of |r|, |t|."""
+    z, t1, t2, x, y, t3 = unknowns = step.tolist()
     x, y, z = 0.5 * x, 0.5 * y, 0.5 * z
     xx, yy, zz = x * x, y * y, z * z
     k = 2.0 / (1.0 + xx + yy + zz)
-    return np.array(
-        [
-            [1.0 - k * (yy + zz), k * (x * y - z), k * (x * z + y), -t1],
-            [k * (x * y + z), 1.0 - k * (xx + zz), k * (y * z - x), -t2],
-            [k * (x * z - y), k * (y * z + x), 1.0 - k * (xx + yy), t3],
-            [0.0, 0.0, 0.0, 1.0],
-        ]
-    )
+    move = [
+        [1.0 - k * (yy + zz), k * (x * y - z), k * (x * z + y), -t1],
+        [k * (x * y + z), 1.0 - k * (xx + zz), k * (y * z - x), -t2],
+        [k * (x * z - y), k * (y * z + x), 1.0 - k * (xx + yy), t3],
+        [0.0, 0.0, 0.0, 1.0],
+    ]
+    return np.array(move) @ M, sum(map(abs, unknowns))

@@ -11,13 +11,16 @@ from orient.solvers.lean_resection import LeanResection, lean_resection
 from orient.solvers.start_values import start_candidates
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 BoolArray = NDArray[np.bool_]
 Solver = Callable[[Photos, int], BatchResection]
 
-POINTS_AT_ONCE = 8192
+POINTS_AT_ONCE = 12_288
 """Points whose equations stay in the processor's cache."""
 FEW_PHOTOS, MANY_POINTS = 4, 1000
 """So few photos, or photos with so many points, are solved one by one."""
+FEW_LEFT = 0.1
+"""The slowest photos of all blocks go together, from the beginning."""
 COMPILED_FROM = 100_000
 """Points of all photos together from which a compiled kernel is worth its loading."""
 STARTS_TRIED = 6
@@ -58,22 +61,31 @@ def resection_batch(
 
 def _vertical(image: FloatArray, ground: FloatArray, f: FloatArray) -> tuple[FloatArray, FloatArray]:
     """R, S of vertical photos: the similarity of image and plan, x + i y = a (X + i Y - X_S - i Y_S), H = f / |a|."""
-    q, g = image[:, :, 0] + 1j * image[:, :, 1], ground[:, :, 0] + 1j * ground[:, :, 1]
-    q_mean, g_mean = q.mean(axis=1), g.mean(axis=1)
-    about = g - g_mean[:, None]
+    (q, q_mean), (g, g_mean) = _about_mean(image), _about_mean(ground)
     with np.errstate(all="ignore"):
-        a = np.sum(about.conj() * (q - q_mean[:, None]), axis=1) / np.sum(np.abs(about) ** 2, axis=1)
-        plan, scale = g_mean - q_mean / a, np.abs(a)
-    c, s = a.real / scale, -a.imag / scale
-    zero, one = np.zeros_like(c), np.ones_like(c)
-    R = np.stack([np.stack([c, s, zero]), np.stack([-s, c, zero]), np.stack([zero, zero, one])]).transpose(2, 1, 0)
-    return R, np.stack([plan.real, plan.imag, ground[:, :, 2].mean(axis=1) + f / scale], axis=1)
+        a = np.vecdot(g, q) / np.vecdot(g, g).real
+        scale = np.abs(a)
+        turn, plan = a / scale, g_mean - q_mean / a
+    R, S = np.zeros((len(image), 3, 3)), np.empty((len(image), 3))
+    R[:, 0, 0] = R[:, 1, 1] = turn.real
+    R[:, 0, 1], R[:, 1, 0] = turn.imag, -turn.imag
+    R[:, 2, 2] = 1.0
+    S[:, 0], S[:, 1] = plan.real, plan.imag
+    S[:, 2] = np.add.reduce(ground[:, :, 2], axis=1) / ground.shape[1] + f / scale
+    return R, S
+
+
+def _about_mean(points: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+    """x + i y (p, n) of points (p, n, 2 or 3) about their mean (p,)."""
+    z = points[:, :, 0] + 1j * points[:, :, 1]
+    mean = np.add.reduce(z, axis=1) / z.shape[1]
+    return z - mean[:, None], mean
 
 
 def _misfits(result: BatchResection, image: FloatArray) -> BoolArray:
     """Photos whose residuals are more than a hundredth of the spread of their image points: another end may fit."""
-    spread = np.sum(np.square(image - image.mean(axis=1, keepdims=True)), axis=(1, 2))
-    return np.asarray(~(result.vPv < MISFIT**2 * spread))
+    spread = np.square(np.abs(_about_mean(image)[0]))
+    return np.asarray(~(result.vPv < MISFIT**2 * np.add.reduce(spread, axis=1)))
 
 
 def _retry(result: BatchResection, at: slice, photo: Photos, solve: Solver, max_iterations: int) -> None:
@@ -104,11 +116,18 @@ def by_numpy(photos: Photos, max_iterations: int) -> BatchResection:
     if p <= FEW_PHOTOS or n >= MANY_POINTS:
         return _one_by_one(photos, max_iterations)
     result = unsolved(photos)
-    together = POINTS_AT_ONCE // n
-    for begin in range(0, p, together):
-        at = slice(begin, begin + together)
-        result.put(at, gauss_newton(photos[at], max_iterations))
+    _solve_blocks(result, photos, np.arange(p), max_iterations, FEW_LEFT)
+    _solve_blocks(result, photos, np.flatnonzero(result.iterations == 0), max_iterations, 0.0)
     return result
+
+
+def _solve_blocks(
+    result: BatchResection, photos: Photos, which: NDArray[np.intp], max_iterations: int, may_be_left: float
+) -> None:
+    together = POINTS_AT_ONCE // photos.image.shape[1]
+    for begin in range(0, len(which), together):
+        at = which[begin : begin + together]
+        result.put(at, gauss_newton(photos[at], max_iterations, may_be_left))
 
 
 def _one_by_one(photos: Photos, max_iterations: int) -> BatchResection:

@@ -1,4 +1,4 @@
-"""Gauss-Newton of `resection_batch`, compiled by numba (extra `orient[fast]`): photo by photo, its points as columns."""
+"""Gauss-Newton of `resection_batch` by numba (extra `orient[fast]`): photo by photo, the points as columns."""
 
 import math
 from dataclasses import fields
@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 
 from orient.solvers.batch_iteration import BatchResection, Photos, unsolved
-from orient.solvers.lean_resection import LAST_IN_SIGMAS, LAST_STEP
+from orient.solvers.lean_resection import LAST_IN_SIGMAS, LAST_STEP, SINGULAR
 
 # error_model: the default raises on division by zero, which forbids vector instructions
 compiled = njit(cache=True, fastmath={"reassoc", "contract", "arcp", "nsz"}, error_model="numpy")
@@ -40,7 +40,7 @@ def _gauss_newton(image, ground, f, max_iterations, last_step, last_in_sigmas, R
             if not moved < np.inf:
                 break
             if moved < last_step or size < limit * e:
-                converged[p] = _in_front(X, M)
+                converged[p] = _is_regular(N, L) and _in_front(X, M)
                 break
         if converged[p]:
             _pose(M, origin, d, R[p], S[p])
@@ -140,6 +140,15 @@ def _solve(N, g, L, step):  # type: ignore[no-untyped-def]
             total -= L[k, i] * step[k]
         step[i] = total * L[i, i]
     return size
+
+
+@compiled  # type: ignore[misc, unused-ignore]
+def _is_regular(N, L):  # type: ignore[no-untyped-def]
+    """The diagonal of L is kept as its reciprocal."""
+    is_regular = True
+    for i in range(6):
+        is_regular = is_regular and SINGULAR * N[i, i] * L[i, i] ** 2 < 1.0
+    return is_regular
 
 
 @compiled  # type: ignore[misc, unused-ignore]
