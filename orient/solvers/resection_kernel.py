@@ -1,20 +1,26 @@
 """Gauss-Newton of `resection_batch` by numba (extra `orient[fast]`): photo by photo, the points as columns."""
 
 import math
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 from numba import njit
 
 from orient.solvers.batch_iteration import BatchResection, Photos, unsolved
-from orient.solvers.lean_resection import LAST_IN_SIGMAS, LAST_STEP, SINGULAR
+from orient.solvers.lean_resection import LAST_IN_SIGMAS, LAST_STEP, MANY_POINTS, SINGULAR, some_points
 
 # error_model: the default raises on division by zero, which forbids vector instructions
 compiled = njit(cache=True, fastmath={"reassoc", "contract", "arcp", "nsz"}, error_model="numpy")
 
 
 def by_kernel(photos: Photos, max_iterations: int) -> BatchResection:
-    """As `resection_batch.by_numpy`."""
+    """As `resection_batch.by_numpy`; with many points from the orientations by some of them."""
+    n = photos.image.shape[1]
+    if n >= MANY_POINTS:
+        at = some_points(n)
+        image, ground = np.take(photos.image, at, axis=1), np.take(photos.ground, at, axis=1)
+        few = by_kernel(replace(photos, image=image, ground=ground), max_iterations)
+        photos = replace(photos, rotation=few.rotation, station=few.station)
     result = unsolved(photos)
     given = photos.image, photos.ground, photos.f, max_iterations, LAST_STEP, LAST_IN_SIGMAS
     _gauss_newton(*given, *(getattr(result, field.name) for field in fields(result)))
@@ -172,10 +178,10 @@ def _move(M, step):  # type: ignore[no-untyped-def]
 @compiled  # type: ignore[misc, unused-ignore]
 def _in_front(X, M):  # type: ignore[no-untyped-def]
     a, b, c, d = M[2]
-    farthest_back = -np.inf
+    behind = 0
     for i in range(X.shape[1]):
-        farthest_back = max(farthest_back, a * X[0, i] + b * X[1, i] + c * X[2, i] + d)
-    return farthest_back < 0.0
+        behind += a * X[0, i] + b * X[1, i] + c * X[2, i] + d >= 0.0
+    return behind == 0
 
 
 @compiled  # type: ignore[misc, unused-ignore]
