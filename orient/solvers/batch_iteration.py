@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orient.geometry.rotation import cross_matrix
-from orient.solvers.lean_design import SIGNS, UNKNOWNS, Design
-from orient.solvers.lean_resection import LAST_IN_SIGMAS, LAST_STEP, SINGULAR
+from orient.solvers.lean_design import NATURAL, Design
+from orient.solvers.lean_resection import LAST_IN_SIGMAS, LAST_STEP, SINGULAR, SMALL_STEP
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 CROSS = np.array([cross_matrix(axis) for axis in np.eye(3)])
 """[r]x = r1 CROSS[0] + r2 CROSS[1] + r3 CROSS[2]."""
-LOWER = np.tri(6)[:, :, None]
+LOWER = np.tri(6, dtype=np.bool_)[:, :, None]
 DIAGONAL = np.diag_indices(3)
 
 
@@ -109,16 +109,16 @@ class _Running:
         self.count += self.is_live
         moved, size = np.abs(step).sum(axis=0), np.einsum("ip,ip->p", y, y)
         redundancy = max(2 * self.image.shape[1] - 6, 1)
-        is_last = (moved < LAST_STEP) | (size * redundancy < LAST_IN_SIGMAS**2 * N[6, 6])
+        is_last = moved < np.where(size * redundancy < LAST_IN_SIGMAS**2 * N[6, 6], SMALL_STEP, LAST_STEP)
         self.has_ended |= self.is_live & is_last
         self.is_live &= ~is_last & np.isfinite(moved)
 
     def result(self, photos: Photos) -> BatchResection:
         """Of the photos that have ended, are determined and have all points in front."""
         in_front = np.einsum("kp,knp->np", self.M[2], self.ground).max(axis=0) < 0
-        L = self.N[:6, :6]
+        L = np.where(LOWER, self.N[:6, :6], 0.0)  # above the diagonal is whatever was there
         pivots = np.square(L[range(6), range(6)])
-        regular = np.all(pivots > SINGULAR * np.einsum("ikp,ikp->ip", LOWER * L, L), axis=0)
+        regular = np.all(pivots > SINGULAR * np.einsum("ikp,ikp->ip", L, L), axis=0)
         good = self.has_ended & in_front & regular
         found = unsolved(photos)
         found.iterations[:], found.converged[:] = self.count, good
@@ -133,7 +133,7 @@ class _Running:
 
 def _moved(M: FloatArray, step: FloatArray) -> FloatArray:
     """P_camera <- E P_camera + t (3, 4, p)."""
-    natural = step[UNKNOWNS] * SIGNS[:, None]
+    natural = NATURAL @ step
     moved = np.einsum("ijp,jkp->ikp", _turns(natural[:3]), M)
     moved[:, 3] += natural[3:]
     return np.asarray(moved)
@@ -168,9 +168,9 @@ def _turns(r: FloatArray) -> FloatArray:
 
 def _cofactors(L: FloatArray, Rt: FloatArray, d: FloatArray, f: FloatArray) -> FloatArray:
     """(6, 6, p) of (r, S) in the ground's axes, r -> -R r, dS = -R t d: F'F with L F = (-R, -R d)' / f."""
-    F = np.zeros((6, 6, len(f)))
-    F[UNKNOWNS[:3], :3] = Rt / -f
-    F[UNKNOWNS[3:], 3:] = SIGNS[3:, None, None] * Rt * (d / -f)
+    turn = np.zeros((6, 6, len(f)))
+    turn[:3, :3], turn[3:, 3:] = Rt / -f, Rt * (d / -f)
+    F = np.einsum("ji,jkp->ikp", NATURAL, turn)
     for i in range(6):
         F[i] = (F[i] - np.einsum("kp,kjp->jp", L[i, :i], F[:i])) / L[i, i]
     return np.asarray(np.einsum("kip,kjp->ijp", F, F))

@@ -18,10 +18,8 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-UNKNOWNS = np.array([3, 4, 0, 1, 2, 5])
-"""Places of r1, r2, r3, t1, t2, t3."""
-SIGNS = np.array([1.0, 1.0, 1.0, -1.0, -1.0, 1.0])
-"""Their signs."""
+NATURAL = np.diag([1.0, 1.0, 1.0, -1.0, -1.0, 1.0])[:, [2, 3, 4, 0, 1, 5]]
+"""(6, 6): (r1, r2, r3, t1, t2, t3) of the unknowns."""
 ACROSS = np.array([[1.0], [-1.0]])
 """(v, u) to (v, -u); also what the rows of r1 and r2 add."""
 N_ROWS, N_POINT_ROWS = 8, 3
@@ -52,7 +50,7 @@ class Design:
         return product[1:]
 
     def normal_matrices(self, M: FloatArray, image: FloatArray, ground: FloatArray) -> FloatArray:
-        """(7, 7, p) of p photos, the lower triangles: `M` (3, 4, p), `ground` (4, n, p), `image` (2, n, p)."""
+        """(7, 7, p) of p photos, the lower triangles only: `M` (3, 4, p), `ground` (4, n, p), `image` (2, n, p)."""
         np.einsum("ikp,knp->inp", M, ground, out=self.camera)
         self._linearise(M, image, ground)
         A, N = self.equations, np.empty((7, 7, M.shape[2]))

@@ -19,7 +19,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from orient.solvers.lean_design import SIGNS, UNKNOWNS, Design, WeightedDesign
+from orient.solvers.lean_design import NATURAL, Design, WeightedDesign
 
 FloatArray = NDArray[np.float64]
 
@@ -29,13 +29,13 @@ MANY_POINTS, EVERY = 4000, 16
 """From so many points on every 16th is solved first."""
 LAST_STEP = 3e-9
 """Sum of |r| [rad] and |t| [camera distances]: Q, which is that of the place before the last step, is right to 1e-8."""
-LAST_IN_SIGMAS = 1e-6
-"""Or in standard deviations, for photos so weak that rounding alone makes larger steps."""
+SMALL_STEP, LAST_IN_SIGMAS = 1e-5, 1e-6
+"""Or a small one in standard deviations, for photos so weak that rounding alone makes larger steps."""
 SINGULAR = 1e-14
 """Share of an unknown's weight that must be left when the others are unknown too."""
 LAST_MOVE = 1e-9
 """Of a weighted ground point, in camera distances."""
-EYE = np.eye(4)
+EYE, FROM_UNKNOWNS = np.eye(4), -NATURAL
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,8 +128,10 @@ def _gauss_newton(photo: "_Photo", R: FloatArray, S: FloatArray, max_iterations:
         step = inverse @ g
         lift = photo.move_points(step)
         M, moved = _moved(M, step)
-        is_small = moved < LAST_STEP or float(step @ g) * photo.redundancy < LAST_IN_SIGMAS**2 * vPv
-        if is_small and lift < LAST_MOVE:
+        is_last = moved < LAST_STEP or (
+            moved < SMALL_STEP and float(step @ g) * photo.redundancy < LAST_IN_SIGMAS**2 * vPv
+        )
+        if is_last and lift < LAST_MOVE:
             if _is_regular(N, inverse) and photo.is_in_front(M):
                 return photo.result(M, inverse, vPv, number)
             break
@@ -202,8 +204,8 @@ class _Photo:
         R, t, d, f = M[:3, :3].T, M[:3, 3], self.distance, self.f
         S = self.origin - R @ t * d
         turn = np.zeros((6, 6))  # r -> -R r, dS = -R t d
-        turn[:3, UNKNOWNS[:3]] = -R
-        turn[3:, UNKNOWNS[3:]] = R * (SIGNS[3:] * -d)
+        turn[:3, :3], turn[3:, 3:] = R, R * d
+        turn = turn @ FROM_UNKNOWNS
         Q = turn @ inverse @ turn.T / f**2
         if self.weighted is None:
             return LeanResection(R, S, Q, vPv * f**2, number, True)

@@ -7,7 +7,14 @@ import numpy as np
 from numba import njit
 
 from orient.solvers.batch_iteration import BatchResection, Photos, unsolved
-from orient.solvers.lean_resection import LAST_IN_SIGMAS, LAST_STEP, MANY_POINTS, SINGULAR, some_points
+from orient.solvers.lean_resection import (
+    LAST_IN_SIGMAS,
+    LAST_STEP,
+    MANY_POINTS,
+    SINGULAR,
+    SMALL_STEP,
+    some_points,
+)
 
 # error_model: the default raises on division by zero, which forbids vector instructions
 compiled = njit(cache=True, fastmath={"reassoc", "contract", "arcp", "nsz"}, error_model="numpy")
@@ -22,18 +29,18 @@ def by_kernel(photos: Photos, max_iterations: int) -> BatchResection:
         few = by_kernel(replace(photos, image=image, ground=ground), max_iterations)
         photos = replace(photos, rotation=few.rotation, station=few.station)
     result = unsolved(photos)
-    given = photos.image, photos.ground, photos.f, max_iterations, LAST_STEP, LAST_IN_SIGMAS
+    given = photos.image, photos.ground, photos.f, max_iterations
     _gauss_newton(*given, *(getattr(result, field.name) for field in fields(result)))
     return result
 
 
 @compiled  # type: ignore[misc, unused-ignore]
-def _gauss_newton(image, ground, f, max_iterations, last_step, last_in_sigmas, R, S, Q, vPv, iterations, converged):  # type: ignore[no-untyped-def]
+def _gauss_newton(image, ground, f, max_iterations, R, S, Q, vPv, iterations, converged):  # type: ignore[no-untyped-def]
     """R, S are rough values at first; what converges is written."""
     n = image.shape[1]
     x, X = np.empty((2, n)), np.empty((3, n))
     M, N, L, g, step = np.empty((3, 4)), np.empty((6, 6)), np.empty((6, 6)), np.empty(6), np.empty(6)
-    limit = last_in_sigmas**2 / max(2 * n - 6, 1)
+    limit = LAST_IN_SIGMAS**2 / max(2 * n - 6, 1)
     for p in range(len(image)):
         origin = ground[p, 0]
         d = _columns(image[p], ground[p], f[p], S[p], x, X)
@@ -45,7 +52,7 @@ def _gauss_newton(image, ground, f, max_iterations, last_step, last_in_sigmas, R
             iterations[p] = number
             if not moved < np.inf:
                 break
-            if moved < last_step or size < limit * e:
+            if moved < LAST_STEP or (moved < SMALL_STEP and size < limit * e):
                 converged[p] = _is_regular(N, L) and _in_front(X, M)
                 break
         if converged[p]:

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 
 from benchmarks.scenes import F_MM, POINT_SIGMA_M, SIGMA_MM, photo, photos
 from orient.geometry.collinearity import partials_rotation, project
+from orient.solvers import lean_design
 from orient.solvers import resection_batch as module
 from orient.solvers.batch_iteration import BatchResection
 from orient.solvers.lean_resection import LeanResection, lean_resection
@@ -75,6 +76,16 @@ def test_a_batch_is_its_photos_one_by_one() -> None:
         lean = lean_resection(image[i], ground[i], F_MM, R0[i], S0[i])
         assert in_sigmas(many.station[i] - lean.station, lean.Q[3:, 3:]) < 1e-6
         assert np.allclose(many.Q[i], lean.Q, rtol=0, atol=1e-8 * np.abs(lean.Q).max())
+
+
+def test_what_is_above_the_diagonal_does_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The lower triangles of the normal matrices are written into memory that holds anything."""
+    image, ground, R0, S0 = photos(20, 12)
+    expected = resection_batch(image, ground, F_MM, R0, S0, compiled=False)
+    monkeypatch.setattr(lean_design.np, "empty", lambda shape, **kinds: np.full(shape, np.nan))
+    found = resection_batch(image, ground, F_MM, R0, S0, compiled=False)
+    assert found.converged.all()
+    assert np.array_equal(found.Q, expected.Q)
 
 
 def test_without_rough_values_and_with_bad_ones() -> None:
