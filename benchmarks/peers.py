@@ -11,6 +11,8 @@ Array = NDArray[np.float64]
 FLIP = np.diag([1.0, -1.0, -1.0])
 """From orient's camera (y up, looking along -z) to theirs (y down, looking along +z)."""
 PIXELS = 1.0 / SIGMA_MM
+DENSE_STEPS = 5
+"""As many as the steps of orient."""
 
 
 def station_and_sigmas(R_cv: Array, t: Array, ground: Array) -> Array:
@@ -93,15 +95,23 @@ def gtsam_weighted(image: Array, given: Array, R0: Array, S0: Array) -> Array:
     return HEIGHT_M * np.concatenate([pose.translation(), np.sqrt(np.diag(of_station))])
 
 
-def dense_weighted(image: Array, given: Array, R: Array, S: Array, P: Array) -> Array:
-    """What a script does: one step of the dense normal equations (6 + 3n) at the solution, all covariances."""
-    from orient.geometry.collinearity import partials_rotation
+def dense_weighted(image: Array, given: Array, R: Array, S: Array) -> Array:
+    """What a script does: the dense normal equations of 6 + 3n unknowns from rough R, S, and all covariances."""
+    from orient.geometry.collinearity import projected_with_partials
+    from orient.geometry.rotation import rotation_exp
 
-    n = len(P)
-    partials = partials_rotation(P, S, R, F_MM) / SIGMA_MM
-    A = np.zeros((2 * n + 3 * n, 6 + 3 * n))
-    A[: 2 * n, :6] = partials[:, :, :6].reshape(-1, 6)
-    for i in range(n):
-        A[2 * i : 2 * i + 2, 6 + 3 * i : 9 + 3 * i] = partials[i, :, 6:]
-    A[2 * n :, 6:] = np.diag(np.tile(1.0 / POINT_SIGMA_M, n))
-    return np.asarray(np.linalg.inv(A.T @ A))
+    P, n = given, len(given)
+    sigmas = np.concatenate([np.full(2 * n, SIGMA_MM), np.tile(POINT_SIGMA_M, n)])
+    A, l = np.zeros((5 * n, 6 + 3 * n)), np.empty(5 * n)
+    A[2 * n :, 6:] = np.eye(3 * n)
+    for _ in range(DENSE_STEPS):
+        computed, partials = projected_with_partials(P, S, R, F_MM)
+        A[: 2 * n, :6] = partials[:, :, :6].reshape(-1, 6)
+        for i in range(n):
+            A[2 * i : 2 * i + 2, 6 + 3 * i : 9 + 3 * i] = partials[i, :, 6:]
+        l[: 2 * n], l[2 * n :] = (image - computed).ravel(), (given - P).ravel()
+        whitened = A / sigmas[:, None]
+        N = whitened.T @ whitened
+        d = np.linalg.solve(N, whitened.T @ (l / sigmas))
+        R, S, P = rotation_exp(d[:3]) @ R, S + d[3:6], P + d[6:].reshape(-1, 3)
+    return np.asarray(np.linalg.inv(N))

@@ -5,11 +5,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from orient.door.arrays import array_of, require_finite
 from orient.errors import UsageError
+from orient.solvers.batch_iteration import BatchResection
 from orient.solvers.lean_resection import LeanResection, lean_resection
-from orient.solvers.resection_batch import BatchResection, resection_batch
+from orient.solvers.resection_batch import resection_batch
 
 Array = NDArray[np.float64]
 LEAST_POINTS = 3
+ROUGHEST, EXACT = 0.1, 1e-14
+"""Largest element of R R' - I of a matrix that may be meant as a rotation, and of one that is left as it is."""
 
 
 def resection(
@@ -27,7 +30,7 @@ def resection(
     (r, S) with R_new = exp([r]x) R; covariance = sigma0^2 Q, sigma0 [mm]. `converged` is False where it leads nowhere.
     """
     x, P = _matched(image, ground, "n")
-    start = array_of("rotation", rotation, (3, 3)), array_of("station", station, (3,))
+    start = _rotations(rotation, (3, 3)), array_of("station", station, (3,))
     S = None if ground_cofactor is None else array_of("ground_cofactor", ground_cofactor, (len(x), 3, 3))
     return lean_resection(x, P, float(_focal_lengths(f_mm, 1)[0]), *start, S)
 
@@ -49,7 +52,7 @@ def resections(
     """
     x, P = _matched(image, ground, "p, n")
     p = len(x)
-    R = None if rotation is None else array_of("rotation", rotation, (p, 3, 3))
+    R = None if rotation is None else _rotations(rotation, (p, 3, 3))
     S = None if station is None else array_of("station", station, (p, 3))
     return resection_batch(x, P, _focal_lengths(f_mm, p), R, S, compiled=compiled)
 
@@ -66,6 +69,18 @@ def _matched(image: ArrayLike, ground: ArrayLike, points: str) -> tuple[Array, A
     require_finite("image", x)
     require_finite("ground", P)
     return x, P
+
+
+def _rotations(values: ArrayLike, shape: tuple[int, ...]) -> Array:
+    """Rough rotations: the nearest ones, because the iteration only turns what it is given."""
+    R = array_of("rotation", values, shape)
+    apart = np.abs(R @ R.mT - np.eye(3)).max()
+    if apart > ROUGHEST or np.any(np.linalg.det(R) < 0):
+        raise UsageError("rotation is no rotation matrix", "Give image axes to right-handed ground axes, det = +1.")
+    if apart < EXACT:
+        return R
+    U, _, Vt = np.linalg.svd(R)
+    return np.asarray(U @ Vt)
 
 
 def _focal_lengths(f_mm: ArrayLike, p: int) -> Array:

@@ -1,26 +1,42 @@
 """R, S and Q of one photo from rough values: Gauss-Newton and nothing else, for many points or many calls.
 
 The full adjustment with starts, tests and iterations is `orient.solvers.resection.resect`; both have the same optimum.
-Axes and signs as in `resection_batch`: r and t are a turn and a shift of the ground in the camera's axes.
+r and t are a turn and a shift of the ground in the camera's axes, t in camera distances. With u = xs/zs, v = ys/zs,
+w = 1/zs
+
+    dx/f = u v r1 - (1 + u^2) r2 + v r3 - w t1 + u w t3
+    dy/f = (1 + v^2) r1 - u v r2 - u r3 - w t2 + v w t3
+
+For few points the time is that of the numpy calls, for many that of the memory: so the rows of A and l are written in
+place into one buffer that stays in the processor's cache, and one product of it gives A'A, A'l and l'l.
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orient.solvers.ground_covariance import all_pairs
+from orient.solvers.lean_design import NATURAL, Design, WeightedDesign
 
 FloatArray = NDArray[np.float64]
-Symmetric = tuple[FloatArray, FloatArray, FloatArray]
-"""Elements xx, xy, yy (n,) of n symmetric 2 x 2 matrices."""
 
-POINTS_AT_ONCE = 8192
-LAST_STEP = 1e-6
-"""In standard deviations, as in `resection_batch`: Q is that of the place before the last step."""
+POINTS_AT_ONCE = 2048
+"""Points whose equations stay in the processor's cache."""
+MANY_POINTS, EVERY = 4000, 16
+"""From so many points on every 16th is solved first."""
+LAST_STEP = 3e-9
+"""Sum of |r| [rad] and |t| [camera distances]: Q, which is that of the place before the last step, is right to 1e-8."""
+SMALL_STEP, LAST_IN_SIGMAS = 1e-5, 1e-6
+"""Or a small one in standard deviations, for photos so weak that rounding alone makes larger steps."""
+SINGULAR = 1e-14
+"""Share of an unknown's weight that must be left when the others are unknown too."""
 LAST_MOVE = 1e-9
 """Of a weighted ground point, in camera distances."""
+EYE, FROM_UNKNOWNS = np.eye(4), -NATURAL
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,176 +81,151 @@ def lean_resection(
     """x = -f xs/zs, y = -f ys/zs, (xs, ys, zs) = R'(P - S); v'Pv -> min from rough R, S.
 
     `image` (n, 2) [mm]; `ground` (n, 3) [m], right-handed, without errors or with the covariance / sigma0^2
-    `ground_cofactor` (n, 3, 3) [m^2/mm^2]: then each point is eliminated by its 2 x 2 matrix 1 + A S A'.
+    `ground_cofactor` (n, 3, 3) [m^2/mm^2]: then each point is eliminated by its 2 x 2 matrix 1 + B S B'.
     Source: seed 004, equations (3)-(5) with ground observations.
     """
-    problem = _Photo(image / f_mm, ground, f_mm, None if ground_cofactor is None else ground_cofactor * f_mm**2)
-    R, S, P = np.asarray(rotation, dtype=np.float64), station, ground
+    with np.errstate(all="ignore"):
+        for R, S in _starts(image, ground, f_mm, rotation, station, ground_cofactor):
+            found = _gauss_newton(_Photo(image, ground, f_mm, S, ground_cofactor), R, S, max_iterations)
+            if found.converged:
+                break
+    return found
+
+
+def _starts(
+    image: FloatArray,
+    ground: FloatArray,
+    f_mm: float,
+    rotation: FloatArray,
+    station: FloatArray,
+    ground_cofactor: FloatArray | None,
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """With many points the orientation by some of them, which leaves two steps for all; then the rough values."""
+    if len(image) >= MANY_POINTS:
+        at = some_points(len(image))
+        x, P = np.take(image, at, axis=0), np.take(ground, at, axis=0)
+        cofactor = None if ground_cofactor is None else ground_cofactor[at]
+        found = lean_resection(x, P, f_mm, rotation, station, cofactor)
+        if found.converged:
+            yield found.rotation, found.station
+    yield rotation, station
+
+
+def some_points(n: int) -> NDArray[np.intp]:
+    """One of every sixteen, without the rhythm of a grid."""
+    k = np.arange(n // EVERY)
+    return EVERY * k + (k * 40503 >> 7) % EVERY
+
+
+def _gauss_newton(photo: "_Photo", R: FloatArray, S: FloatArray, max_iterations: int) -> LeanResection:
+    M = photo.camera_from_ground(R, S)
     for number in range(1, max_iterations + 1):
-        N, g, vPv = problem.normal_equations(R, S, P)
+        N = photo.normal_matrix(M)
+        g, vPv = N[6, :6], float(N[6, 6])
         try:
-            step: FloatArray = np.linalg.solve(N, g).astype(np.float64)
+            inverse = cast(FloatArray, np.linalg.inv(N[:6, :6]))
         except np.linalg.LinAlgError:
             break
-        distance = problem.distance(S)
-        size = float(step @ g) * max(2 * len(image) - 6, 1)
-        moved = P if ground_cofactor is None else problem.points(R, S, P, step)
-        turned = R @ _turn(step[:3]).T
-        S = S - turned @ step[3:] * distance
-        lift = 0.0 if ground_cofactor is None else float(np.abs(moved - P).max()) / distance
-        R, P = turned, moved
-        if size < LAST_STEP**2 * vPv and lift < LAST_MOVE:
-            return _result(problem, R, S, P, N, vPv, number, distance)
-        if not math.isfinite(size):
+        step = inverse @ g
+        lift = photo.move_points(step)
+        M, moved = _moved(M, step)
+        is_last = moved < LAST_STEP or (
+            moved < SMALL_STEP and float(step @ g) * photo.redundancy < LAST_IN_SIGMAS**2 * vPv
+        )
+        if is_last and lift < LAST_MOVE:
+            if _is_regular(N, inverse) and photo.is_in_front(M):
+                return photo.result(M, inverse, vPv, number)
             break
-    nothing = np.full((6, 6), np.nan)
-    return LeanResection(R, S, nothing, math.nan, max_iterations, converged=False)
+        if not math.isfinite(moved):
+            break
+    return LeanResection(R, S, np.full((6, 6), np.nan), math.nan, number, converged=False)
 
 
-def _result(
-    problem: "_Photo",
-    R: FloatArray,
-    S: FloatArray,
-    P: FloatArray,
-    N: FloatArray,
-    vPv: float,
-    number: int,
-    distance: float,
-) -> LeanResection:
-    in_front = bool(np.all((P - S) @ R[:, 2] < 0))
-    turn = np.zeros((6, 6))
-    turn[:3, :3], turn[3:, 3:] = R, R * distance
-    Q = turn @ np.linalg.inv(N) @ turn.T / problem.f**2
-    if problem.cofactor is None:
-        return LeanResection(R, S, Q, vPv * problem.f**2, number, in_front)
-    G, own = problem.point_cofactors(R, S, P)
-    G = -G @ np.linalg.inv(turn)  # d(r, S) in the ground's axes is minus the turned d(r, t)
-    return LeanResection(R, S, Q, vPv * problem.f**2, number, in_front, P, G, own / problem.f**2)
+def _is_regular(N: FloatArray, inverse: FloatArray) -> bool:
+    """Do the points determine each unknown? N_ii (N^-1)_ii tells what of its weight the others take."""
+    taken = (N.diagonal()[:6] * inverse.diagonal()).tolist()
+    return bool(min(taken) > 0.0 and max(taken) < 1.0 / SINGULAR)
 
 
-@dataclass(frozen=True, slots=True)
 class _Photo:
-    """Image x/f (n, 2), ground (n, 3), and the cofactors of the ground for readings of unit weight in x/f."""
+    """The points about the first one, in camera distances, as columns: ground (4, n) with ones, image x/f (2, n)."""
 
-    image: FloatArray
-    given: FloatArray
-    f: float
-    cofactor: FloatArray | None
+    def __init__(
+        self, image: FloatArray, ground: FloatArray, f: float, station: FloatArray, cofactor: FloatArray | None
+    ) -> None:
+        n = len(image)
+        self.f, self.origin = f, ground[0]
+        self.distance = math.dist(self.origin.tolist(), station.tolist())
+        self.redundancy = max(2 * n - 6, 1)
+        self.image = np.divide(image.T, f, np.empty((2, n)))
+        self.ground = np.ones((4, n))
+        points = self.points = self.ground[:3]
+        np.subtract(ground.T, self.origin[:, None], points)
+        points /= self.distance
+        self.weighted: WeightedDesign | None = None
+        if cofactor is not None:
+            scaled = np.ascontiguousarray(cofactor.transpose(1, 2, 0)) * (f / self.distance) ** 2
+            self.weighted = WeightedDesign(points.copy(), scaled)
+        # weighted points are all in one buffer, because they come back to their rows
+        self.together = n if self.weighted else min(n, POINTS_AT_ONCE)
+        self.design = self.weighted or Design(self.together)
 
-    def distance(self, S: FloatArray) -> float:
-        return math.dist(self.given[0].tolist(), S.tolist())
+    def camera_from_ground(self, R: FloatArray, S: FloatArray) -> FloatArray:
+        """(4, 4) of (xs, ys, zs, 1) in camera distances."""
+        M = EYE.copy()
+        M[:3, :3] = R.T
+        M[:3, 3] = R.T @ ((self.origin - S) / self.distance)
+        return M
 
-    def normal_equations(self, R: FloatArray, S: FloatArray, P: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-        """A'PA (6, 6), A'Pl (6,), l'Pl, some thousand points at a time."""
-        N, g, vPv = np.zeros((6, 6)), np.zeros(6), 0.0
-        for begin in range(0, len(self.image), POINTS_AT_ONCE):
-            part = slice(begin, begin + POINTS_AT_ONCE)
-            A, l = self._equations(R, S, P, part)
-            N = N + A @ A.T
-            g = g + A @ l
-            vPv += float(l @ l)
-        return N, g, vPv
+    def normal_matrix(self, M: FloatArray) -> FloatArray:
+        """(A l)'P(A l) (7, 7), some thousand points at a time."""
+        n, m, camera = self.image.shape[1], self.together, M[:3]
+        if n == m:
+            return self.design.normal_matrix(camera, self.image, self.ground)
+        N = np.zeros((7, 7))
+        for begin in range(0, n, m):
+            part = slice(begin, begin + m)
+            design = self.design if begin + m <= n else Design(n - begin)
+            N += design.normal_matrix(camera, self.image[:, part], self.ground[:, part])
+        return N
 
-    def _equations(self, R: FloatArray, S: FloatArray, P: FloatArray, part: slice) -> tuple[FloatArray, FloatArray]:
-        """Whitened A' (6, 2m) and l (2m,) of some of the points."""
-        uv, w = self._projected(R, S, P[part])
-        u, v = uv
-        A = self._design(u, v, w * self.distance(S))
-        l = self.image[part].T + uv
-        if self.cofactor is not None:
-            shift = self._by_point(u, v, w, (self.given[part] - P[part]) @ R)
-            _whiten(A, l, shift, self._misclosure_cofactor(R, u, v, w, part))
-        return A.reshape(6, -1), l.ravel()
+    def move_points(self, step: FloatArray) -> float:
+        """The largest move of a point with errors, in camera distances."""
+        if self.weighted is None:
+            return 0.0
+        moved = self.weighted.moved(step)
+        lift = float(np.abs(moved - self.points).max())
+        self.points[:] = moved
+        return lift
 
-    @staticmethod
-    def _projected(R: FloatArray, S: FloatArray, P: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """(xs/zs, ys/zs) (2, m), 1/zs (m,)."""
-        camera = R.T @ (P - S).T
-        w = 1.0 / camera[2]
-        return camera[:2] * w, w
+    def is_in_front(self, M: FloatArray) -> bool:
+        return bool((M[2] @ self.ground).max() < 0)
 
-    @staticmethod
-    def _design(u: FloatArray, v: FloatArray, w: FloatArray) -> FloatArray:
-        """d(x/f, y/f)/d(r, t) (6, 2, m)."""
-        uv, nothing, minus_w = u * v, np.zeros_like(u), -w
-        rows = [uv, 1.0 + v * v, -1.0 - u * u, -uv, v, -u, minus_w, nothing, nothing, minus_w, u * w, v * w]
-        return np.array(rows).reshape(6, 2, -1)
-
-    @staticmethod
-    def _by_point(u: FloatArray, v: FloatArray, w: FloatArray, d: FloatArray) -> FloatArray:
-        """B d (2, m): what a move d (m, 3) of the points in the camera's axes does to x/f, y/f."""
-        return np.array([w * (u * d[:, 2] - d[:, 0]), w * (v * d[:, 2] - d[:, 1])])
-
-    def _misclosure_cofactor(
-        self, R: FloatArray, u: FloatArray, v: FloatArray, w: FloatArray, part: slice
-    ) -> Symmetric:
-        """1 + B S B' as (xx, xy, yy)."""
-        assert self.cofactor is not None
-        s = (R.T @ self.cofactor[part] @ R).transpose(1, 2, 0)
-        ww = w * w
-        xx = 1.0 + ww * (s[0, 0] - 2.0 * u * s[0, 2] + u * u * s[2, 2])
-        yy = 1.0 + ww * (s[1, 1] - 2.0 * v * s[1, 2] + v * v * s[2, 2])
-        xy = ww * (s[0, 1] - v * s[0, 2] - u * s[1, 2] + u * v * s[2, 2])
-        return xx, xy, yy
-
-    def points(self, R: FloatArray, S: FloatArray, P: FloatArray, step: FloatArray) -> FloatArray:
-        """P = P0 + S B' (1 + B S B')^-1 (l - A d), all with the partials about the old place."""
-        whole = slice(None)
-        assert self.cofactor is not None
-        uv, w = self._projected(R, S, P)
-        u, v = uv
-        A = self._design(u, v, w * self.distance(S))
-        l = self.image.T + uv - self._by_point(u, v, w, (self.given - P) @ R)
-        l -= (step @ A.reshape(6, -1)).reshape(l.shape)
-        x, y = _weighted(self._misclosure_cofactor(R, u, v, w, whole), l)
-        in_ground = (R @ np.array([-w * x, -w * y, w * (u * x + v * y)])).T
-        return np.asarray(self.given + (self.cofactor @ in_ground[:, :, None])[:, :, 0])
-
-    def point_cofactors(self, R: FloatArray, S: FloatArray, P: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """dP = G d(r, t): G (n, 3, 6), and the cofactors (n, 3, 3) of the points if the elements were known."""
-        assert self.cofactor is not None
-        (u, v), w = self._projected(R, S, P)
-        A = self._design(u, v, w * self.distance(S))
-        zero = np.zeros_like(w)
-        B = np.stack([np.stack([-w, zero, u * w]), np.stack([zero, -w, v * w])]).transpose(2, 0, 1) @ R.T
-        BS = B @ self.cofactor
-        xx, xy, yy = self._misclosure_cofactor(R, u, v, w, slice(None))
-        det = xx * yy - xy * xy
-        W = np.stack([np.stack([yy, -xy]), np.stack([-xy, xx])]).transpose(2, 0, 1) / det[:, None, None]
-        gain = BS.transpose(0, 2, 1) @ W
-        own = self.cofactor - gain @ BS
-        return -gain @ A.transpose(2, 1, 0), 0.5 * (own + own.transpose(0, 2, 1))
+    def result(self, M: FloatArray, inverse: FloatArray, vPv: float, number: int) -> LeanResection:
+        R, t, d, f = M[:3, :3].T, M[:3, 3], self.distance, self.f
+        S = self.origin - R @ t * d
+        turn = np.zeros((6, 6))  # r -> -R r, dS = -R t d
+        turn[:3, :3], turn[3:, 3:] = R, R * d
+        turn = turn @ FROM_UNKNOWNS
+        Q = turn @ inverse @ turn.T / f**2
+        if self.weighted is None:
+            return LeanResection(R, S, Q, vPv * f**2, number, True)
+        P = self.origin + d * self.points.T
+        G, own = self.weighted.point_cofactors()
+        by_elements = (G.reshape(-1, 6) @ (d * np.linalg.inv(turn))).reshape(G.shape)
+        return LeanResection(R, S, Q, vPv * f**2, number, True, P, by_elements, own * (d / f) ** 2)
 
 
-def _whiten(A: FloatArray, l: FloatArray, shift: FloatArray, M: Symmetric) -> None:
-    """Rows x, y of A (6, 2, m) and l - shift by the Cholesky factor of M, in place."""
-    xx, xy, yy = M
-    l11 = np.sqrt(xx)
-    l21 = xy / l11
-    l22 = np.sqrt(yy - l21 * l21)
-    l -= shift
-    for rows in (A, l[None]):
-        rows[:, 0] /= l11
-        rows[:, 1] = (rows[:, 1] - l21 * rows[:, 0]) / l22
-
-
-def _weighted(M: Symmetric, l: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """M^-1 l (2, m) by rows."""
-    xx, xy, yy = M
-    det = xx * yy - xy * xy
-    return (yy * l[0] - xy * l[1]) / det, (xx * l[1] - xy * l[0]) / det
-
-
-def _turn(r: FloatArray) -> FloatArray:
-    """exp([r]x) without arrays: nine numbers."""
-    x, y, z = r.tolist()
-    angle = math.sqrt(x * x + y * y + z * z)
-    a = math.sin(angle) / angle if angle > 1e-8 else 1.0
-    b = 2.0 * (math.sin(0.5 * angle) / angle) ** 2 if angle > 1e-8 else 0.5
-    return np.array(
-        [
-            [1.0 - b * (y * y + z * z), b * x * y - a * z, b * x * z + a * y],
-            [b * x * y + a * z, 1.0 - b * (x * x + z * z), b * y * z - a * x],
-            [b * x * z - a * y, b * y * z + a * x, 1.0 - b * (x * x + y * y)],
-        ]
-    )
+def _moved(M: FloatArray, step: FloatArray) -> tuple[FloatArray, float]:
+    """M (4, 4) after P_camera <- E P_camera + t, E Cayley's rotation, exp([r]x) to second order; sum of |r|, |t|."""
+    z, t1, t2, x, y, t3 = unknowns = step.tolist()
+    x, y, z = 0.5 * x, 0.5 * y, 0.5 * z
+    xx, yy, zz = x * x, y * y, z * z
+    k = 2.0 / (1.0 + xx + yy + zz)
+    move = [
+        [1.0 - k * (yy + zz), k * (x * y - z), k * (x * z + y), -t1],
+        [k * (x * y + z), 1.0 - k * (xx + zz), k * (y * z - x), -t2],
+        [k * (x * z - y), k * (y * z + x), 1.0 - k * (xx + yy), t3],
+        [0.0, 0.0, 0.0, 1.0],
+    ]
+    return np.array(move) @ M, sum(map(abs, unknowns))

@@ -23,11 +23,23 @@ def test_one_photo_and_the_same_among_many() -> None:
     assert np.all(np.abs(one.station - S.station) < 6 * sigma_m)
 
 
+def test_a_rounded_rotation_is_made_one() -> None:
+    exact = orient.resection(IMAGE, S.ground, S.f_mm, S.rotation, S.station + 1.0)
+    rounded = np.round(S.rotation, 2)
+    one = orient.resection(IMAGE, S.ground, S.f_mm, rounded, S.station + 1.0)
+    many = orient.resections([IMAGE] * 2, [S.ground] * 2, S.f_mm, [rounded] * 2, [S.station + 1.0] * 2)
+    for R in (one.rotation, *many.rotation):
+        assert np.abs(R - exact.rotation).max() < 1e-10
+        assert np.abs(R @ R.T - np.eye(3)).max() < 1e-14
+
+
 BAD: dict[str, tuple[dict[str, Any], str]] = {
     "shapes": ({"image": IMAGE[:5]}, "image has the shape"),
     "too few": ({"image": IMAGE[:2], "ground": S.ground[:2]}, "2 points do not determine"),
     "not finite": ({"image": IMAGE * np.nan}, "not finite"),
     "rotation": ({"rotation": TURN[:2]}, "rotation has the shape"),
+    "a mirror": ({"rotation": np.diag([1.0, 1.0, -1.0])}, "no rotation matrix"),
+    "not orthogonal": ({"rotation": 1.2 * np.eye(3)}, "no rotation matrix"),
     "focal length": ({"f_mm": -1.0}, "f_mm is not a positive number"),
     "cofactors": ({"ground_cofactor": np.eye(3)}, "ground_cofactor has the shape"),
 }

@@ -1,49 +1,28 @@
 """Lean and batched resections against the full adjustment, with and without the compiled kernel."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.scenes import F_MM, POINT_SIGMA_M, SIGMA_MM, photo, photos
 from orient.geometry.collinearity import partials_rotation, project
-from orient.geometry.rotation import matrix_from_opk
+from orient.solvers import lean_design
 from orient.solvers import resection_batch as module
-from orient.solvers.lean_resection import lean_resection
+from orient.solvers.batch_iteration import BatchResection
+from orient.solvers.lean_resection import LeanResection, lean_resection
 from orient.solvers.resection import resect
-from orient.solvers.resection_batch import photo_sums, resection_batch
+from orient.solvers.resection_batch import by_numpy, resection_batch
 
 Array = NDArray[np.float64]
-F_MM, SIGMA_MM = 300.0, 0.005
-POINT_COVARIANCE = np.diag([4.0, 4.0, 9.0])
-
-
-@dataclass(frozen=True)
-class Photo:
-    """A space photo 250 km above relief of 3 km; rough values 3 % and 6 degrees off."""
-
-    image: Array
-    ground: Array
-    given: Array
-    R0: Array
-    S0: Array
-
-
-def photo(n: int, seed: int) -> Photo:
-    rng = np.random.default_rng(seed)
-    ground = np.column_stack([rng.uniform(-75000, 75000, (n, 2)), rng.uniform(0, 3000, n)])
-    R, S = matrix_from_opk(*rng.uniform(-0.1, 0.1, 3)).T, np.array([3000.0, -2000.0, 250000.0])
-    image = project(ground, S, R, F_MM)[0] + rng.normal(scale=SIGMA_MM, size=(n, 2))
-    given = ground + rng.normal(size=(n, 3)) * np.sqrt(np.diag(POINT_COVARIANCE))
-    R0 = matrix_from_opk(*rng.uniform(-0.1, 0.1, 3)).T @ R
-    return Photo(image, ground, given, R0, S + rng.normal(scale=8000, size=3))
+POINT_COVARIANCE = np.diag(POINT_SIGMA_M**2)
+MOVED = np.array([500.0, -300.0, 900.0])
 
 
 def in_sigmas(values: Array, Q: Array) -> float:
     return float(np.max(np.abs(values) / (SIGMA_MM * np.sqrt(np.diag(Q)))))
 
 
-@pytest.mark.parametrize("n", [6, 20, 1000])
+@pytest.mark.parametrize("n", [6, 20, 1000, 5000])
 def test_the_optimum_is_that_of_the_full_adjustment(n: int) -> None:
     one = photo(n, n)
     full = resect(one.image, np.tile(np.eye(2), (n, 1, 1)), one.ground, F_MM)
@@ -89,13 +68,8 @@ def _dense_cofactors(R: Array, S: Array, P: Array) -> Array:
     return np.asarray(np.linalg.inv(N * np.outer(scale, scale)) * np.outer(scale, scale))
 
 
-def batch(p: int, n: int) -> tuple[Array, Array, Array, Array]:
-    photos = [photo(n, seed) for seed in range(p)]
-    return tuple(np.array([getattr(one, name) for one in photos]) for name in ("image", "ground", "R0", "S0"))  # type: ignore[return-value]
-
-
 def test_a_batch_is_its_photos_one_by_one() -> None:
-    image, ground, R0, S0 = batch(600, 12)  # more than one block
+    image, ground, R0, S0 = photos(600, 12)  # more than one block
     many = resection_batch(image, ground, F_MM, R0, S0, compiled=False)
     assert many.converged.all()
     for i in (0, 511, 512, 599):
@@ -104,8 +78,18 @@ def test_a_batch_is_its_photos_one_by_one() -> None:
         assert np.allclose(many.Q[i], lean.Q, rtol=0, atol=1e-8 * np.abs(lean.Q).max())
 
 
+def test_what_is_above_the_diagonal_does_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The lower triangles of the normal matrices are written into memory that holds anything."""
+    image, ground, R0, S0 = photos(20, 12)
+    expected = resection_batch(image, ground, F_MM, R0, S0, compiled=False)
+    monkeypatch.setattr(lean_design.np, "empty", lambda shape, **kinds: np.full(shape, np.nan))
+    found = resection_batch(image, ground, F_MM, R0, S0, compiled=False)
+    assert found.converged.all()
+    assert np.array_equal(found.Q, expected.Q)
+
+
 def test_without_rough_values_and_with_bad_ones() -> None:
-    image, ground, R0, S0 = batch(3, 12)
+    image, ground, R0, S0 = photos(3, 12)
     wrong = np.array([1.0, 1.0, -1.0]) * S0
     told = resection_batch(image, ground, F_MM, R0, S0)
     for found in (resection_batch(image, ground, F_MM), resection_batch(image, ground, F_MM, R0, wrong)):
@@ -113,22 +97,109 @@ def test_without_rough_values_and_with_bad_ones() -> None:
         assert np.allclose(found.station, told.station, rtol=0, atol=1e-4)  # m; sigma is some 20 m
 
 
-def test_a_photo_without_a_solution_is_marked_and_spoils_no_other() -> None:
-    image, ground, R0, S0 = batch(3, 12)
+@pytest.mark.parametrize("place", ["one point", "a line", "a far point"])
+@pytest.mark.parametrize("way", ["alone", "batch", "compiled"])
+def test_a_photo_without_a_solution_is_marked_and_spoils_no_other(way: str, place: str) -> None:
+    p = 3 if way == "alone" else 9
+    image, ground, R0, S0 = photos(p, 12)
     image[1] = np.random.default_rng(1).uniform(-90, 90, (12, 2))
-    ground[1] = ground[1, :1]  # all points in one place
-    found = resection_batch(image, ground, F_MM, R0, S0)
-    assert found.converged.tolist() == [True, False, True]
-    assert np.isnan(found.Q[1]).all() and np.isfinite(found.Q[[0, 2]]).all()
+    along = np.linspace(0, 1, 12)[:, None]
+    ground[1] = {"one point": ground[1, :1], "a line": ground[1, :1] * along, "a far point": ground[1, :1] + 1e7}[place]
+    if way == "compiled":
+        pytest.importorskip("numba", reason="numba is not installed: orient[fast]")
+    found = resection_batch(image, ground, F_MM, R0, S0, compiled=way == "compiled")
+    assert found.converged.tolist() == [i != 1 for i in range(p)]
+    assert np.isnan(found.Q[1]).all()
+    assert np.isfinite(found.Q[found.converged]).all()
 
 
 def test_the_compiled_sums_are_the_same() -> None:
     kernel = pytest.importorskip("orient.solvers.resection_kernel", reason="numba is not installed: orient[fast]")
-    image, ground, R0, S0 = batch(40, 12)
+    image, ground, R0, S0 = photos(40, 12)
     found = [resection_batch(image, ground, F_MM, R0, S0, compiled=choice) for choice in (False, True)]
     for name in ("rotation", "station", "Q", "vPv"):
         one, other = (getattr(result, name) for result in found)
         scale = np.abs(one).max()
         assert np.allclose(one, other, rtol=0, atol=1e-9 * scale), name
-    assert module._sums_by(None, module.COMPILED_FROM) is kernel.compiled_sums
-    assert module._sums_by(None, module.COMPILED_FROM - 1) is photo_sums
+    assert module._solver(None, module.COMPILED_FROM) is kernel.by_kernel
+    assert module._solver(None, module.COMPILED_FROM - 1) is by_numpy
+
+
+def _solved_as(way: str, image: Array, ground: Array, R0: Array, S0: Array) -> LeanResection | BatchResection:
+    """One photo, alone or as the last of eight."""
+    if way == "alone":
+        return lean_resection(image, ground, F_MM, R0, S0)
+    if way == "compiled":
+        pytest.importorskip("numba", reason="numba is not installed: orient[fast]")
+    eight = [np.tile(array, (8, *[1] * array.ndim)) for array in (image, ground, R0, S0)]
+    return resection_batch(eight[0], eight[1], F_MM, eight[2], eight[3], compiled=way == "compiled")
+
+
+@pytest.mark.parametrize("way", ["alone", "batch", "compiled"])
+@pytest.mark.parametrize("n", [3, 12])
+def test_exact_readings_and_three_points_converge(way: str, n: int) -> None:
+    one = photo(n, n)
+    S, R = one.S0 + 100.0, one.R0
+    found = _solved_as(way, project(one.ground, S, R, F_MM)[0], one.ground, R, S + MOVED)
+    assert np.all(found.converged)
+    assert np.all(np.asarray(found.iterations) < 8)
+    assert np.abs(found.station - S).max() < 1e-5  # m, from 250 km: rounding, in three points' weak directions
+    assert np.abs(found.rotation - R).max() < 1e-11
+
+
+@pytest.mark.parametrize("way", ["alone", "batch", "compiled"])
+@pytest.mark.parametrize("n", [4, 6, 20, 100])
+def test_the_cofactors_are_those_of_the_optimum(way: str, n: int) -> None:
+    """Q is that of the place before the last step; once more from the optimum it is exact."""
+    for seed in range(10):
+        one = photo(n, seed)
+        found = _solved_as(way, one.image, one.ground, one.R0, one.S0)
+        again = _solved_as(way, one.image, one.ground, *_pose(found))
+        scale = np.sqrt(np.diag(np.atleast_3d(again.Q.T)[:, :, -1]))
+        assert np.abs((found.Q - again.Q) / np.outer(scale, scale)).max() < 2e-8
+        assert np.abs((found.station - again.station) / (SIGMA_MM * scale[3:])).max() < 2e-8
+
+
+def _pose(found: LeanResection | BatchResection) -> tuple[Array, Array]:
+    return found.rotation.reshape(-1, 3, 3)[-1], found.station.reshape(-1, 3)[-1]
+
+
+def test_many_points_in_the_rhythm_of_a_grid() -> None:
+    """Every sixteenth of these points lies on one line."""
+    X, Y = np.meshgrid(np.linspace(-7e4, 7e4, 16), np.linspace(-7e4, 7e4, 400))
+    ground = np.column_stack([X.ravel(), Y.ravel(), 1500.0 + 1500.0 * np.sin(X.ravel() / 9e3 + Y.ravel() / 7e3)])
+    one = photo(6, 6)
+    image = project(ground, one.S0, one.R0, F_MM)[0] + np.random.default_rng(1).normal(scale=SIGMA_MM, size=(6400, 2))
+    lean = lean_resection(image, ground, F_MM, one.R0, one.S0 + 5000.0)
+    few_steps = lean_resection(image, ground, F_MM, lean.rotation, lean.station)
+    assert lean.converged
+    assert lean.iterations <= 3
+    assert in_sigmas(lean.station - few_steps.station, lean.Q[3:, 3:]) < 1e-7
+
+
+def test_photos_that_take_longer_go_on_by_themselves() -> None:
+    image, ground, R0, S0 = photos(60, 12)
+    S0[::9] *= [1.0, 1.0, 1.6]
+    many = resection_batch(image, ground, F_MM, R0, S0, compiled=False)
+    single = [lean_resection(image[i], ground[i], F_MM, R0[i], S0[i]) for i in range(60)]
+    assert many.converged.all()
+    assert many.iterations.tolist() == [one.iterations for one in single]
+    assert len(set(many.iterations.tolist())) > 2
+    assert np.allclose(many.station, [one.station for one in single], rtol=0, atol=1e-6)  # m; sigma is some 20 m
+
+
+@pytest.mark.parametrize("way", ["alone", "batch", "compiled"])
+def test_too_few_iterations_are_told(way: str) -> None:
+    one = photo(12, 1)
+    if way == "alone":
+        found: LeanResection | BatchResection = lean_resection(one.image, one.ground, F_MM, one.R0, one.S0, None, 2)
+    else:
+        if way == "compiled":
+            pytest.importorskip("numba", reason="numba is not installed: orient[fast]")
+        eight = [np.tile(array, (8, *[1] * array.ndim)) for array in (one.image, one.ground, one.R0, one.S0)]
+        module_solve = module._solver(way == "compiled", 0)
+        photos_of = module.Photos(eight[0], eight[1], np.full(8, F_MM), eight[2], eight[3])
+        found = module_solve(photos_of, 2)
+    assert not np.any(found.converged)
+    assert np.all(np.asarray(found.iterations) == 2)
+    assert np.isnan(found.Q).all()
