@@ -17,7 +17,7 @@ from orient.store.connection import Mode, let_spill
 from orient.store.digest import input_digest as input_digest
 from orient.store.digest import output_digest as output_digest
 from orient.store.error_map import error_name, explain, is_busy, translated
-from orient.store.errors import OurFault, ReadOnly, Replaced
+from orient.store.errors import OurFault, ReadOnly
 from orient.store.format import Format, current_format
 from orient.store.gate import Gated, pass_gate, recover, require_writable, tidy
 from orient.store.images import image_bytes
@@ -72,8 +72,7 @@ class Project:
             if gated.connection.in_transaction():
                 yield gated.connection
                 return
-            gated.connection.execution_options(immediate=False)
-            with gated.connection.begin():
+            with gated.begin():
                 yield gated.connection
 
     def heads(self) -> dict[str, RunInfo]:
@@ -230,11 +229,7 @@ class Project:
             return result
 
     def _begin_and_work(self, gated: Gated, work: Callable[[Connection], Result]) -> Result:
-        gated.connection.execution_options(immediate=True)
-        gated.connection.begin()
-        schema_version = gated.connection.exec_driver_sql("PRAGMA main.schema_version").scalar_one()
-        if schema_version != gated.schema_version:
-            raise Replaced(f"{self.path}: another program altered the schema meanwhile.", "Nothing was stored.")
+        gated.begin(immediate=True)
         return work(gated.connection)
 
     def _are_stored(self, appended: list[RunInfo]) -> bool:
