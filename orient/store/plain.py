@@ -15,7 +15,7 @@ from orient.values import Blob, Columns, Event, Row, Scalar, Tables, as_list
 
 REAL_LIMIT = 1e15
 INTEGER_LIMIT = 2**63
-CHUNK = 4096
+CHUNK = 1024
 """Rows that are handled at once."""
 
 EVENT_FIELDS = ("severity", "code", "subject", "message", "value")
