@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from orient.cli.main import app
+from orient.cli.main import GROUPS, command_line
 
 ROOT = Path(__file__).parents[2]
 SAMPLE = ROOT / "sample_projects" / "calgary-28"
@@ -23,7 +23,7 @@ HELP = {"orient", "typer", "annotated_doc", "shellingham", "click", "typing_exte
 READ = HELP | {"sqlalchemy", "rich", "pygments", "greenlet"}
 STORE = READ | {"numpy"}
 COMPUTE = STORE | {"scipy", "pyproj", "certifi"}
-NAMES = [str(command.callback.__name__) for command in app.registered_commands if command.callback]
+NAMES = " ".join(GROUPS.values()).split()
 
 NAMED_SHELL = "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION"
 """The shell is named, not looked for among the parents: `make` starts its commands by sh."""
@@ -60,6 +60,12 @@ def loaded(*words: str) -> set[str]:
     assert done.returncode == 0, done.stderr[:2000]
     tops = {name.split(".")[0] for name in json.loads(done.stderr.splitlines()[-1])}
     return {top for top in tops - set(sys.stdlib_module_names) if not top.startswith("_") and "cython" not in top}
+
+
+@pytest.mark.parametrize("group", GROUPS)
+def test_each_module_registers_the_commands_that_are_looked_for_in_it(group: str) -> None:
+    commands = command_line([group]).registered_commands
+    assert [command.callback.__name__ for command in commands if command.callback] == GROUPS[group].split()
 
 
 @pytest.fixture(scope="module")
