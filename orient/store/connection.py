@@ -17,6 +17,7 @@ BUSY_TIMEOUT_S = 30.0
 OPERATIONS_BETWEEN_LOOKS = 10_000
 HEAP_LIMIT_BYTES = 512 * 2**20
 SPILL = "PRAGMA cache_spill=ON"
+ALONE = ("PRAGMA journal_mode=MEMORY", "PRAGMA synchronous=OFF")
 SMALL_JOURNALS = "PRAGMA temp_store=DEFAULT"
 
 SPILL_PAGES = 65_535
@@ -111,6 +112,12 @@ def prepare_to_append(connection: Connection) -> None:
     With temp_store=MEMORY it asks for them a kilobyte at a time, at every row.
     """
     driver_of(connection).execute(SMALL_JOURNALS).fetchall()
+
+
+def write_alone(connection: Connection) -> None:
+    """Journal in memory, no syncs: only for a new file without a name, which is synced before it gets one."""
+    for pragma in ALONE:
+        driver_of(connection).execute(pragma).fetchall()
 
 
 def let_spill(connection: Connection) -> None:

@@ -13,7 +13,7 @@ from sqlalchemy.exc import DBAPIError
 from orient.errors import UsageError
 from orient.store import runs
 from orient.store.asking import Answer, ask
-from orient.store.connection import Mode, let_spill
+from orient.store.connection import Mode, let_spill, write_alone
 from orient.store.digest import input_digest as input_digest
 from orient.store.digest import output_digest as output_digest
 from orient.store.error_map import error_name, explain, is_busy, translated
@@ -21,7 +21,7 @@ from orient.store.errors import OurFault, ReadOnly
 from orient.store.format import Format, current_format
 from orient.store.gate import Gated, pass_gate, recover, require_writable, tidy
 from orient.store.images import image_bytes
-from orient.store.new_file import make_file, new_name, sweep
+from orient.store.new_file import make_file, new_name, sweep, sync_content
 from orient.store.plain import event_rows
 from orient.store.preflight import Preflight, preflight
 from orient.store.rows import StoredTable, stored_tables
@@ -178,6 +178,12 @@ class Project:
         with gated.watch.in_phase("setup"):
             let_spill(gated.connection)
 
+    def write_alone(self) -> None:
+        """Journal in memory, no syncs: only for a new file without a name, which is synced before it gets one."""
+        gated = self._open_gate()
+        with gated.watch.in_phase("setup"):
+            write_alone(gated.connection)
+
     def append(self, new: NewRun) -> RunInfo:
         """Store one run in one transaction: header, inputs, rows, events, seal, selection."""
         return self.append_all([new])[0]
@@ -297,6 +303,8 @@ def create_project(path: str | os.PathLike[str], fill: Callable[[Project], None]
         write_empty_project(temporary, form)
         if fill is not None:
             with Project(preflight(temporary, form), "write", form, with_checks=False) as project:
+                project.write_alone()
                 fill(project)
+        sync_content(temporary)
 
     make_file(new_name(path), write)
