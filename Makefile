@@ -49,7 +49,7 @@ docs-check: $(STAMP) ## fail if the generated pages are not up to date
 messages: $(STAMP) ## bring the catalogues of the report's languages up to date
 	$(BIN)/python -m orient.report.catalogues
 
-bench: $(STAMP) ## speed as ratios to other libraries (ten minutes): docs/performance.md and its figure
+bench: $(STAMP) ## speed as ratios to other libraries (a quarter of an hour): docs/performance.md and its figure
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable ".[fast,bench]"
 	$(BIN)/python -m benchmarks
 

@@ -16,15 +16,22 @@ brackets; below 1 orient is faster. *apart*: largest difference of the results, 
 are set in advance, by the limits of the machine and the speed of the peers, not by what was reached.
 
 """
+MANY_PHOTOS = """
+## Many photos
+
+`orient batch` on a cluster of this machine, against the stages in a loop of one process; each photo is a project of its
+own with all stages stored:
+
+"""
 PACKAGES = (
     "numpy", "scipy", "sqlalchemy", "numba", "poselib", "opencv-python-headless", "gtsam", "pyproj", "pymap3d",
 )  # fmt: skip
 LINEAR = 1.1
 
 
-def write(done: Sequence[Timed], memory: Sequence[tuple[int, float, float]], root: Path) -> None:
-    """The page and docs/figures/growth.svg. `memory`: points, seconds, megabytes of whole projects."""
-    text = HEAD + _machine() + _table(done) + _growth(done) + _whole_projects(memory)
+def write(done: Sequence[Timed], memory: Sequence[tuple[int, float, float]], batch: str, root: Path) -> None:
+    """The page and docs/figures/growth.svg. `memory`: points, seconds, megabytes of projects; `batch`: its text."""
+    text = HEAD + _machine() + _table(done) + _growth(done) + _whole_projects(memory) + MANY_PHOTOS + batch
     (root / "docs" / "performance.md").write_text(text, encoding="utf-8")
     _plot(done, root / "docs" / "figures" / "growth.svg")
 

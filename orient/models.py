@@ -111,13 +111,15 @@ class RunSeal(Base):
 
 
 class Selection(Base):
-    """Which version of a stage is current: the newest row of the stage. Going back adds a row."""
+    """Which version of a stage is current: the newest row of the stage. Going back, or withdrawing it, adds a row."""
 
     __tablename__ = "selection"
     __table_args__ = (Index(None, "stage", "selection_id"),)
     selection_id: Mapped[int] = whole("order of the selections", primary_key=True)
     stage: Mapped[str] = text("stage whose head moves")
-    run_id: Mapped[int] = mapped_column(ForeignKey("stage_run.run_id"), comment="the run that becomes current")
+    run_id: Mapped[int | None] = mapped_column(
+        ForeignKey("stage_run.run_id"), comment="the run that becomes current; empty: from here on none is"
+    )
     actor: Mapped[str] = text("who selected it")
     reason: Mapped[str] = text("why")
     selected_at: Mapped[str] = text("UTC, ISO 8601")

@@ -207,3 +207,25 @@ CREATE TABLE sealed_run (
 	CONSTRAINT fk_sealed_run_sealed_run_id FOREIGN KEY(sealed_run_id) REFERENCES stage_run (run_id)
 )
  STRICT;
+
+ALTER TABLE selection RENAME TO before_selection;
+
+CREATE TABLE selection (
+	selection_id INTEGER NOT NULL, 
+	stage TEXT NOT NULL, 
+	run_id INTEGER, 
+	actor TEXT NOT NULL, 
+	reason TEXT NOT NULL, 
+	selected_at TEXT NOT NULL, 
+	after_run_id INTEGER NOT NULL, 
+	record_digest TEXT NOT NULL, 
+	CONSTRAINT pk_selection PRIMARY KEY (selection_id), 
+	CONSTRAINT fk_selection_run_id FOREIGN KEY(run_id) REFERENCES stage_run (run_id)
+)
+ STRICT;
+
+INSERT INTO selection ("selection_id", "stage", "run_id", "actor", "reason", "selected_at", "after_run_id", "record_digest") SELECT "selection_id", "stage", "run_id", "actor", "reason", "selected_at", "after_run_id", "record_digest" FROM before_selection;
+
+DROP TABLE before_selection;
+
+CREATE INDEX ix_selection_stage_selection_id ON selection (stage, selection_id);

@@ -70,20 +70,41 @@ def diff(
     show_diff(project, stage, first, second, as_json)
 
 
+NONE = 0
+
+
+def _version(text: str) -> int:
+    """The number of a version; NONE for none."""
+    if text == "none":
+        return NONE
+    if not (text.isascii() and text.isdigit() and int(text) > 0):
+        raise typer.BadParameter(f"{text!r} is no version: give a number from 1 on, or none.")
+    return int(text)
+
+
 def select(
     project: ProjectPath,
     stage: StageName,
-    version: Annotated[int, typer.Argument(metavar="VERSION", min=1, help="Version that becomes current.")],
+    version: Annotated[
+        int, typer.Argument(metavar="VERSION|none", parser=_version, help="Version that becomes current, or none.")
+    ],
     message: Reason = "",
 ) -> None:
-    """Make another version of a stage current (undo). Nothing is deleted; the choice is recorded."""
+    """Make another version of a stage or list current (undo). Nothing is deleted; the choice is recorded.
+
+    none: the stage or list has no current version from now on, nor has what cannot be computed without it. So a list
+    that was added by mistake is taken back.
+    """
     from orient.errors import UsageError
-    from orient.pipeline.runner import select_version
-    from orient.report.runs import show_selected
+    from orient.pipeline.runner import select_version, withdraw
+    from orient.report.runs import show_selected, show_withdrawn
 
     if not message:
         raise UsageError("say why this version is selected", 'For example: -m "P7 was read on the wrong house"')
-    show_selected(select_version(project, stage, version, message))
+    if version == NONE:
+        show_withdrawn(withdraw(project, stage, message), stage)
+    else:
+        show_selected(select_version(project, stage, version, message))
 
 
 def check(project: ProjectPath) -> None:

@@ -109,13 +109,19 @@ class Photo:
         )
         return _done(add_input(self.path, given, reason))
 
-    def select(self, stage: str, version: int, *, reason: str) -> None:
-        """Make another version of a stage current; what read the other one becomes stale."""
-        from orient.pipeline.runner import select_version
+    def select(self, stage: str, version: int | None, *, reason: str) -> None:
+        """Make another version of a stage or list current; what read the other one becomes stale.
+
+        None: it has no current version from now on, nor has what cannot be computed without it.
+        """
+        from orient.pipeline.runner import select_version, withdraw
 
         if not reason.strip():
             raise UsageError("say why this version is selected", 'For example: reason="P7 was read on the wrong house"')
-        select_version(self.path, stage, version, reason)
+        if version is None:
+            withdraw(self.path, stage, reason)
+        else:
+            select_version(self.path, stage, version, reason)
 
     # ------------------------------------------------------------------------------------------ results
 

@@ -13,6 +13,8 @@ IMAGE = "image"
 """The image file of the photo: versions as of a list, but no stage reads it."""
 ABOUT_RUNS = (EVIDENCE, MANIFEST)
 """Stages whose runs are about other runs: they have no current version and nothing reads them."""
+REMEDY = "remedy"
+"""Code of the event of a failed run that says what to do about it."""
 INPUT_STAGES = ("photo", "readings", "sheet", "control", "model")
 
 

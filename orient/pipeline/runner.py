@@ -2,11 +2,11 @@
 
 import getpass
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from orient.errors import OrientError, UsageError
-from orient.pipeline.registry import ABOUT_RUNS, BY_NAME, EVIDENCE_TABLES, IMAGE, STAGES, Stage, how_to_get
+from orient.pipeline.registry import ABOUT_RUNS, BY_NAME, EVIDENCE_TABLES, IMAGE, REMEDY, STAGES, Stage, how_to_get
 from orient.pipeline.setting_values import check_settings
 from orient.store.digest import content_of, input_digest
 from orient.store.project import NewRun, Project, RunInfo, create_project, open_project
@@ -118,6 +118,25 @@ def select_version(path: Path, stage: str, version: int, reason: str) -> RunInfo
         return project.select(stage, version, current_user(), reason)
 
 
+def withdraw(path: Path, name: str, reason: str) -> list[str]:
+    """Leave a list or a stage without a current version, and then every stage that cannot be computed any more.
+
+    The withdrawn ones, in order. All versions stay and can be selected again.
+    """
+    with open_project(path, "write") as project:
+        left = dict(project.heads())
+        if name not in left:
+            raise UsageError(f"{name} has no current version", f"There are {', '.join(left)}.")
+        del left[name]
+        gone = [name]
+        for stage in STAGES:
+            if stage.name in left and stage.missing(set(left)):
+                del left[stage.name]
+                gone.append(stage.name)
+        project.withdraw(gone, current_user(), reason)
+    return gone
+
+
 def current_user() -> str:
     try:
         return getpass.getuser()
@@ -204,12 +223,15 @@ def _reuse(project: Project, stage: Stage, known: RunInfo, reason: str) -> Resul
 
 
 def outcome_of(stage: Stage, inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
-    """What the stage makes of its inputs; a refusal is a failed outcome."""
+    """What the stage makes of its inputs; a refusal is a failed outcome. What to do about a failure is kept with it."""
     try:
-        return stage.compute(inputs, settings)
+        outcome = stage.compute(inputs, settings)
     except OrientError as error:
         failure = Event("error", "refused", "", error.message)
-        return Outcome({}, (failure,), error=error.message, hint=error.hint)
+        outcome = Outcome({}, (failure,), error=error.message, hint=error.hint)
+    if not outcome.error or not outcome.hint:
+        return outcome
+    return replace(outcome, events=(*outcome.events, Event("info", REMEDY, "", outcome.hint)))
 
 
 def _full_settings(stage: Stage, head: RunInfo | None, given: Settings) -> Settings:

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
+from orient.pipeline.registry import REMEDY
 from orient.report.text import console, one_line, printable
 from orient.values import Event, Severity
 
@@ -82,9 +83,14 @@ def findings(stage: str, events: Iterable[Event]) -> list[Finding]:
     told = [
         Finding(event.severity, stage, event.code, event.subject, event.message, REMEDIES.get(event.code, ""))
         for event in events
-        if event.code != "refused"
+        if event.code not in ("refused", REMEDY)
     ]
     return grave_first(told)
+
+
+def remedy_of(events: Iterable[Event]) -> str:
+    """What to do about a failed run, as it said itself; empty if it said nothing."""
+    return next((event.message for event in events if event.code == REMEDY), "")
 
 
 def later_failures(project: "Project") -> list[Finding]:

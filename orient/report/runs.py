@@ -47,6 +47,12 @@ def show_selected(run: "RunInfo") -> None:
     console().print(f"{run.stage}: version {run.version} is current now; what read another version is stale.")
 
 
+def show_withdrawn(gone: Sequence[str], asked: str) -> None:
+    """What is left without a current version, and how to have it back."""
+    rest = f", nor have {', '.join(gone[1:])}, which need it" if gone[1:] else ""
+    console().print(f"{asked} has no current version now{rest}. All versions are kept: orient select PROJECT {asked} 1")
+
+
 def show_result(result: "Result", project: Path) -> None:
     """After one stage: its line, its findings; a failure ends the command with exit code 1."""
     run = result.run
@@ -107,5 +113,8 @@ class Progress:
             raise OrientError(f"{first.stage}: {error}", first.hint)
         if all(result.run is None for result in results):
             raise OrientError("nothing can be computed yet", f"See what is missing: orient status {project}")
-        if not any(result.computed or result.selected_again for result in results):
+        waiting = [one for one in results if one.waits_for and not is_optional(one.stage, one.waits_for)]
+        if waiting:
+            self._out.print(f"Not oriented yet: {waiting[0].stage} waits for {waiting[0].waits_for}.")
+        elif not any(result.computed or result.selected_again for result in results):
             self._out.print("Everything is up to date.")

@@ -10,7 +10,7 @@ from orient.report.absolute import absolute_lines, absolute_tables, absolute_zon
 from orient.report.budget import budget_lines, budget_tables
 from orient.report.covariance import covariance_lines, covariance_tables
 from orient.report.findings import as_json as findings_as_json
-from orient.report.findings import findings, later_failures, print_findings
+from orient.report.findings import findings, later_failures, print_findings, remedy_of
 from orient.report.orientation import Shown, iteration_table, orientation_lines, orientation_tables
 from orient.report.reliability import reliability_tables, test_lines
 from orient.report.sections import SECTIONS, Section
@@ -52,7 +52,7 @@ def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bo
         }
         print_json(content)
         return run.status == "succeeded"
-    _print_head(run)
+    _print_head(run, remedy_of(events))
     if stale:
         console().print(f"  OUT OF DATE: {printable(stale)}; run: orient run {printable(str(path))}", soft_wrap=True)
     if verdict is not None:
@@ -108,7 +108,7 @@ def _remedy(stage: str, path: Path, available: Collection[str]) -> str:
     return how_to_get([stage], available, str(path))
 
 
-def _print_head(run: RunInfo) -> None:
+def _print_head(run: RunInfo, remedy: str) -> None:
     out = console()
     when = run.started_at[:16].replace("T", " ")
     out.print(f"{run.stage} version {run.version}, {when} UTC by {printable(run.actor)}: {printable(run.reason)}")
@@ -118,6 +118,8 @@ def _print_head(run: RunInfo) -> None:
         out.print(f"  FAILED, this is not a result: {printable(run.error)}")
     elif run.summary:
         out.print(f"  {printable(run.summary)}")
+    if remedy:
+        out.print(f"    -> {printable(remedy)}", soft_wrap=True)
 
 
 def _print_resection(tables: Tables) -> None:

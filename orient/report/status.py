@@ -14,6 +14,7 @@ from orient.report.findings import (
     grave_first,
     later_failures,
     print_findings,
+    remedy_of,
     verdict,
 )
 from orient.report.findings import as_json as findings_as_json
@@ -36,7 +37,7 @@ MINUTE = len("2026-01-01T00:00")
 class Standing:
     """Where a project stands: the verdict, what is current, and what a reader must know first.
 
-    `stages`: stage, version, state and told of each that exists or is wanted; `verified`: what is known of each run.
+    `stages`: stage, version, state, told, remedy of each that exists or is wanted; `verified`: what is known of each.
     """
 
     verdict: Verdict
@@ -80,6 +81,9 @@ def show_status(path: Path, as_json: bool) -> None:
     rows = [[cell(entry[key]) for key in ("stage", "version", "state", "told")] for entry in now.stages]  # type: ignore[arg-type]
     print_table(["stage", "version", "state", "result"], rows, [False, True, False, False])
     versions = {str(entry["stage"]): entry["version"] for entry in now.stages if entry["version"] is not None}
+    for entry in now.stages:
+        if entry["remedy"]:
+            out.print(f"{entry['stage']}: {printable(str(entry['remedy']))}", soft_wrap=True)
     if verified := status_line(now.verified, versions):
         out.print(printable(verified), soft_wrap=True)
     for warning in now.warnings:
@@ -107,9 +111,9 @@ def _stage_status(
     name: str,
     current: dict[str, tuple[object, ...]],
     stale: dict[str, tuple[bool, str]],
-    failed: dict[str, str],
+    failed: dict[str, tuple[str, str]],
 ) -> dict[str, object]:
-    entry: dict[str, object] = {"stage": name, "version": None, "state": "absent", "told": ""}
+    entry: dict[str, object] = {"stage": name, "version": None, "state": "absent", "told": "", "remedy": ""}
     if name in current:
         _, version, _, _, _, summary = current[name]
         entry.update(version=version, state="current", told=summary)
@@ -119,8 +123,9 @@ def _stage_status(
     elif name not in current and name in BY_NAME:
         missing = BY_NAME[name].missing(set(current))
         entry.update(state="waiting", told=f"{WAITS_FOR}{missing}")
-    if name in failed and entry["state"] != "current":
-        entry.update(state="failed", told=failed[name])
+    if name in failed and entry["state"] not in ("current", "waiting"):
+        told, remedy = failed[name]
+        entry.update(state="failed", told=told, remedy=remedy)
     return entry
 
 
@@ -128,10 +133,11 @@ def _can_be_left_out(entry: dict[str, object]) -> bool:
     return entry["state"] == "waiting" and is_optional(str(entry["stage"]), str(entry["told"]).removeprefix(WAITS_FOR))
 
 
-def _last_failures(project: "Project") -> dict[str, str]:
-    """Error of the last run of each stage that failed then."""
+def _last_failures(project: "Project") -> dict[str, tuple[str, str]]:
+    """Error of the last run of each stage that failed then, and what to do about it."""
     last = {run.stage: run for run in project.runs()}
-    return {stage: run.error for stage, run in last.items() if run.status == "failed"}
+    failed = {stage: run for stage, run in last.items() if run.status == "failed"}
+    return {stage: (run.error, remedy_of(project.events(run.run_id))) for stage, run in failed.items()}
 
 
 def show_log(path: Path, as_json: bool) -> None:

@@ -81,7 +81,8 @@ def receive_project(
             _copy_bytes(source, raw)
             _set_rollback_mode(raw)
             _verified_stranger(raw, form, source, progress)
-            compact_into(raw, temporary)
+            with translated(name, Watch()):
+                compact_into(raw, temporary)
             runs.append(_verified(temporary, form, source, None))
 
     make_file(name, write)

@@ -23,7 +23,7 @@ WHEN NOT EXISTS (SELECT 1 FROM run_seal WHERE run_id = NEW.input_run_id AND stat
 BEGIN SELECT RAISE(ABORT, 'a run reads only sealed results'); END;
 
 CREATE TRIGGER guard_selection_result BEFORE INSERT ON selection
-WHEN NOT EXISTS (
+WHEN NEW.run_id IS NOT NULL AND NOT EXISTS (
     SELECT 1 FROM stage_run JOIN run_seal ON run_seal.run_id = stage_run.run_id
     WHERE stage_run.run_id = NEW.run_id AND stage_run.stage = NEW.stage AND run_seal.status = 'succeeded'
 )

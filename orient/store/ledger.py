@@ -125,8 +125,8 @@ def _seal(connection: Connection, run_id: int, new: NewRun, count: int, digest: 
     )
 
 
-def select(connection: Connection, stage: str, run_id: int, actor: str, reason: str) -> str:
-    """Make a run the current version of its stage by adding a row; the digest of that row."""
+def select(connection: Connection, stage: str, run_id: int | None, actor: str, reason: str) -> str:
+    """Make a run the current version of its stage, or none, by adding a row; the digest of that row."""
     last = connection.exec_driver_sql("SELECT coalesce(max(selection_id), 0) FROM main.selection").scalar_one()
     newest = connection.exec_driver_sql("SELECT max(run_id) FROM main.stage_run").scalar_one()
     row = (last + 1, stage, run_id, actor, reason, now(), newest)

@@ -102,8 +102,11 @@ def _created(path: Path, mode: int) -> int:
 
 
 def sweep(folder: Path) -> None:
-    """Remove temporary files whose maker was killed: nobody holds their lock."""
-    for left in folder.glob(f"{PREFIX}*{SUFFIX}"):
+    """Remove temporary files whose maker was killed: nobody holds their lock. What cannot be read stays."""
+    found: list[Path] = []
+    with suppress(OSError):
+        found.extend(folder.glob(f"{PREFIX}*{SUFFIX}"))
+    for left in found:
         with suppress(OSError):
             if is_open_here(left):  # another name of a project that this process has open: closing drops its locks
                 continue

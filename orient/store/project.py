@@ -210,6 +210,15 @@ class Project:
         self._write(lambda connection: ledger.select(connection, stage, run.run_id, actor, reason), self._is_selected)
         return run
 
+    def withdraw(self, stages: Sequence[str], actor: str, reason: str) -> None:
+        """Leave the stages without a current version, all or none of them. Their versions stay."""
+        from orient.store import ledger
+
+        def work(connection: Connection) -> str:
+            return [ledger.select(connection, stage, None, actor, reason) for stage in stages][-1]
+
+        self._write(work, self._is_selected)
+
     def _write(self, work: Callable[[Connection], Result], is_stored: Callable[[Result], bool] | None = None) -> Result:
         """Do `work` in one BEGIN IMMEDIATE transaction; a commit that a reader blocks is repeated with the work."""
         if self.mode != "write":

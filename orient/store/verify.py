@@ -55,7 +55,7 @@ def strange_rows(connection: Connection) -> Problems:
 
 
 def broken_selections(connection: Connection) -> Problems:
-    """Selections that name no result of their stage, or that were altered."""
+    """Selections that name no result of their stage, withdrawals of an unknown stage, and what was altered."""
     query = """
         SELECT c.selection_id, c.stage, c.run_id, c.actor, c.reason, c.selected_at, c.after_run_id, c.record_digest,
                r.stage, s.status
@@ -63,7 +63,9 @@ def broken_selections(connection: Connection) -> Problems:
         LEFT JOIN main.run_seal AS s ON s.run_id = c.run_id ORDER BY c.selection_id
     """
     for row in connection.exec_driver_sql(query).all():
-        if row[8] != row[1] or row[9] != "succeeded":
+        if row[2] is None and row[1] not in STAGE_TABLES:
+            yield f"selection {row[0]} withdraws {row[1]}, which is no stage"
+        if row[2] is not None and (row[8] != row[1] or row[9] != "succeeded"):
             yield f"selection {row[0]} names run {row[2]}, which is no result of {row[1]}"
         if selection_record_digest(connection, tuple(row[:7])) != row[7]:
             yield f"selection {row[0]} was altered"

@@ -14,7 +14,7 @@
 --   error: empty, or why it failed
 CREATE VIEW v_version AS
 SELECT r.stage, r.version, r.run_id,
-       r.run_id IN (SELECT run_id FROM selection WHERE selection_id IN
+       r.run_id IN (SELECT run_id FROM selection WHERE run_id IS NOT NULL AND selection_id IN
                     (SELECT max(selection_id) FROM selection GROUP BY stage)) AS is_current,
        s.status, r.started_at, r.actor, r.reason, s.summary, s.error
 FROM stage_run AS r JOIN run_seal AS s ON s.run_id = r.run_id
@@ -88,13 +88,13 @@ ORDER BY d.position;
 --   stage: computed stage with a current version
 --   input_stage: input that differs now, or that did not exist then
 --   version_read: version that was read; NULL if there was none
---   version_now: version that is current now
+--   version_now: version that is current now; NULL if it was withdrawn
 CREATE VIEW v_changed_input AS
 SELECT d.stage, d.input_stage, was.version AS version_read, now.version AS version_now
 FROM v_dependency AS d
 JOIN v_current AS c ON c.stage = d.stage
-JOIN v_current AS now ON now.stage = d.input_stage
-JOIN run_seal AS now_seal ON now_seal.run_id = now.run_id
+LEFT JOIN v_current AS now ON now.stage = d.input_stage
+LEFT JOIN run_seal AS now_seal ON now_seal.run_id = now.run_id
 LEFT JOIN run_input AS i ON i.run_id = c.run_id AND i.role = d.input_stage
 LEFT JOIN stage_run AS was ON was.run_id = i.input_run_id
 LEFT JOIN run_seal AS was_seal ON was_seal.run_id = i.input_run_id
@@ -108,7 +108,7 @@ ORDER BY d.position, d.input_stage;
 --   why: reasons; for a stage that cannot run yet, what it waits for
 CREATE VIEW v_stale AS
 WITH RECURSIVE stale(stage, why) AS (
-    SELECT stage, input_stage || ' is version ' || version_now
+    SELECT stage, input_stage || coalesce(' is version ' || version_now, ' was withdrawn')
                   || coalesce(', version ' || version_read || ' was read', ', none was read')
     FROM v_changed_input
     UNION
@@ -128,10 +128,10 @@ FROM (SELECT DISTINCT position, stage FROM v_dependency ORDER BY position) AS p
 LEFT JOIN v_current AS c ON c.stage = p.stage;
 
 -- v_audit: who did what, when and why, in the order it was done
---   run_id: run that was made or selected
+--   run_id: run that was made or selected; NULL if a stage was left without a current version
 --   at: when (UTC)
 --   actor: who
---   action: run | select
+--   action: run | select | withdraw
 --   stage: stage
 --   version: version that was made or selected
 --   status: succeeded | failed
@@ -145,8 +145,9 @@ FROM (
     FROM stage_run AS r JOIN run_seal AS s ON s.run_id = r.run_id
     UNION ALL
     SELECT c.after_run_id, c.selection_id, c.run_id,
-           c.selected_at, c.actor, 'select', r.stage, r.version, s.status, c.reason, s.summary
-    FROM selection AS c JOIN stage_run AS r ON r.run_id = c.run_id JOIN run_seal AS s ON s.run_id = c.run_id
+           c.selected_at, c.actor, CASE WHEN c.run_id IS NULL THEN 'withdraw' ELSE 'select' END,
+           c.stage, r.version, s.status, c.reason, coalesce(s.summary, 'no version is current')
+    FROM selection AS c LEFT JOIN stage_run AS r ON r.run_id = c.run_id LEFT JOIN run_seal AS s ON s.run_id = c.run_id
 )
 ORDER BY place, rank;
 

@@ -132,7 +132,7 @@ def test_sql_lists_its_questions(aerial: Path) -> None:
     assert orient("sql", aerial).out == orient("sql", aerial, "--list").out
 
 
-STATUS_KEYS = ["stage", "version", "state", "told"]
+STATUS_KEYS = ["stage", "version", "state", "told", "remedy"]
 LOG_KEYS = ["at", "actor", "action", "stage", "version", "status", "reason", "summary"]
 RUN_KEYS = [
     "run_id", "stage", "version", "stage_version", "settings", "input_digest", "output_digest", "status", "summary",

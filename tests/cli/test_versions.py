@@ -9,8 +9,9 @@ import pytest
 from orient.store.check import check_project
 from orient.store.project import RunInfo, open_project
 from orient.values import Tables
-from tests.cli.commands import AERIAL, SPACE, Said, orient
+from tests.cli.commands import AERIAL, ROOT, SPACE, Said, orient
 
+MODELS = ROOT / "sample_projects" / "simulated-model-two-zones"
 HEADER, *CONTROL = (AERIAL / "control.csv").read_text("utf-8").splitlines()
 
 
@@ -154,7 +155,11 @@ def test_a_failed_run_is_kept_and_moves_no_head(aerial: Path, case: str) -> None
     assert bool(stored.get("iteration")) == has_iterations
     assert states(aerial)["resection"] == "failed"
     assert "FAILED, this is not a result: " in orient("show", aerial, "resection", "--version", 2).out
-    assert words in orient("status", aerial).out
+    told = orient("status", aerial)
+    assert words in told.out
+    remedy = said.err.splitlines()[1].strip()
+    assert f"resection: {remedy}" in told.out.splitlines()
+    assert f"    -> {remedy}" in orient("show", aerial, "resection", "--version", 2).out.splitlines()
     assert orient("select", aerial, "resection", 2, "-m", "no").code == 2
     assert check_project(aerial).ok
 
@@ -216,3 +221,64 @@ def test_a_stage_waits_for_its_inputs(fresh: Path) -> None:
     assert "covariance waits for refine, topocentric, resection" in said.err
     assert "orient run" in said.err
     assert orient("digitize", fresh).err.splitlines()[0] == "orient: digitize waits for sheet"
+
+
+def test_a_list_that_was_added_by_mistake_is_taken_back(aerial: Path) -> None:
+    before = states(aerial)
+    assert orient("add", aerial, "model", MODELS / "model.csv", "-m", "another photo's").code == 0
+    assert orient("run", aerial).code == 1
+    assert json.loads(orient("status", aerial, "--json").out)["verdict"] == "failed"
+    said = orient("select", aerial, "model", "none", "-m", "it belongs to another photo")
+    assert said.code == 0
+    assert said.out.startswith("model has no current version now. All versions are kept")
+    assert states(aerial) == before
+    assert orient("run", aerial).out.splitlines()[-1] == "Everything is up to date."
+    assert "withdraw" in orient("log", aerial).out
+    assert check_project(aerial).ok
+    assert orient("select", aerial, "model", 1, "-m", "it was right").code == 0
+    assert heads(aerial)["model"].version == 1
+
+
+def test_what_needs_a_withdrawn_list_has_no_result_and_comes_back_with_it(aerial: Path) -> None:
+    before = heads(aerial)
+    said = orient("select", aerial, "control", "none", "-m", "points of another survey")
+    assert "nor have bl, topocentric, resection, covariance, which need it" in said.out
+    assert list(heads(aerial)) == ["photo", "readings", "refine"]
+    waiting = orient("run", aerial)
+    assert waiting.code == 0
+    assert waiting.out.splitlines()[-1] == "Not oriented yet: bl waits for control or digitize."
+    assert orient("select", aerial, "control", 1, "-m", "they were right").code == 0
+    assert orient("run", aerial).code == 0
+    assert heads(aerial) == before
+
+
+def test_an_optional_list_that_is_withdrawn_makes_stale_what_read_it(tmp_path: Path) -> None:
+    path = tmp_path / "photo.sqlite"
+    assert orient("new", path, "--from", SPACE).code == 0
+    assert orient("run", path).code == 0
+    assert {"control", "digitize"} <= set(heads(path)["bl"].inputs)
+    assert orient("select", path, "control", "none", "-m", "sheets only").code == 0
+    entry = {one["stage"]: one for one in json.loads(orient("status", path, "--json").out)["stages"]}["bl"]
+    assert (entry["state"], entry["told"]) == ("stale", "control was withdrawn, version 1 was read")
+    assert orient("run", path).code == 0
+    assert "control" not in heads(path)["bl"].inputs
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("model", "none"), "model has no current version"),
+        (("nothing", "none"), "nothing has no current version"),
+        (("resection", "0"), "'0' is no version"),
+        (("resection", "None"), "'None' is no version"),
+        (("resection", "\u0661"), "is no version"),
+        (("resection", "99999999999999999999"), "has no version 99999999999999999999"),
+    ],
+    ids=lambda words: "-".join(words) if isinstance(words, tuple) else "",
+)
+def test_select_refuses(aerial: Path, words: tuple[str, str], told: str) -> None:
+    before = heads(aerial)
+    said = orient("select", aerial, *words, "-m", "because")
+    assert said.code == 2
+    assert told in said.err
+    assert heads(aerial) == before

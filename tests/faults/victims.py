@@ -108,6 +108,8 @@ class Victims:
     def start(self, *words: object, fault: Fault = Fault()) -> Started:
         self.count += 1
         out, err = (self.texts / f"{self.count}.{name}" for name in ("out", "err"))
+        for path in (out, err):
+            path.touch()  # the command may be killed before it opens them
         question = {**asdict(fault), "start": [str(word) for word in words], "out": str(out), "err": str(err)}
         return Started(self, int(self.asked(question)), out, err)
 

@@ -237,6 +237,10 @@ NEEDS_DIGEST: dict[str, tuple[Damage, str]] = {
     "input": (unguarded("UPDATE run_input SET input_run_id = 1 WHERE run_id = 11"), "run 11"),
     "selection": (unguarded("UPDATE selection SET actor = 'other' WHERE selection_id = 2"), "selection 2 was altered"),
     "selection moved": (unguarded("UPDATE selection SET run_id = 3 WHERE selection_id = 2"), "is no result of"),
+    "withdrawal of no stage": (
+        unguarded("UPDATE selection SET stage = 'other', run_id = NULL WHERE selection_id = 2"),
+        "withdraws other, which is no stage",
+    ),
     "selection removed": (unguarded("DELETE FROM selection WHERE selection_id = 5"), "selections are numbered"),
     "event": (unguarded("UPDATE run_event SET message = 'x' WHERE run_id = 4"), "rows were altered"),
 }

@@ -24,8 +24,8 @@ class Evidence:
     heads: Mapping[str, RunInfo]
     verdict: Verdict
     findings: Sequence[Finding]
-    failed: Sequence[tuple[str, str]]
-    """Stages whose last run failed, and why."""
+    failed: Sequence[tuple[str, str, str]]
+    """Stages whose last run failed, why, and what to do about it."""
     verified: Sequence[Mapping[str, Scalar]]
 
     def rows(self, stage: str, table: str, columns: Sequence[str] = (), tail: str = "") -> list[Row]:
@@ -66,7 +66,11 @@ def gather(project: Project) -> Evidence:
     now = standing(project)
     no_result = [run for run in runs.values() if run.status == "failed"]
     found = [*now.findings, *(told for run in no_result for told in findings(run.stage, project.events(run.run_id)))]
-    failed = [(str(entry["stage"]), str(entry["told"])) for entry in now.stages if entry["state"] == "failed"]
+    failed = [
+        (str(entry["stage"]), str(entry["told"]), str(entry["remedy"]))
+        for entry in now.stages
+        if entry["state"] == "failed"
+    ]
     return Evidence(project, runs, every, heads, now.verdict, grave_first(found), failed, now.verified)
 
 

@@ -14,7 +14,9 @@ def section(evidence: Evidence) -> Section:
     told = folded(evidence.findings)
     problems = [(found, count) for found, count in told if found.is_problem]
     others = [(found, count) for found, count in told if not found.is_problem]
-    blocks: list[Block] = [Notice("error", kinds.stage(stage), name(error)) for stage, error in evidence.failed]
+    blocks: list[Block] = [
+        Notice("error", kinds.stage(stage), name(error), name(remedy)) for stage, error, remedy in evidence.failed
+    ]
     blocks += [_notice(*each) for each in problems[:MOST]]
     if not problems and not evidence.failed:
         blocks.append(Paragraph(tr("No warning and no error was recorded for what is current.")))
