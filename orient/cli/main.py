@@ -1,5 +1,6 @@
 """The command `orient`: the list of commands, and the way in."""
 
+import gc
 import os
 import sys
 from collections.abc import Iterable
@@ -79,6 +80,7 @@ def run() -> None:
         os.environ["TERMINAL_WIDTH"] = ONE_LINE  # a name offered to the shell and what it means are one line
     code = exit_code(_called(sys.argv[1:2]))
     no_more_signals()
+    gc.freeze()  # or the interpreter looks through all that was loaded once more before it ends
     sys.exit(code)
 
 
