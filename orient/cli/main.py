@@ -78,7 +78,7 @@ def run() -> None:
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115  (for the life of the process)
     if COMPLETING in os.environ:
         os.environ["TERMINAL_WIDTH"] = ONE_LINE  # a name offered to the shell and what it means are one line
-    code = exit_code(_called(sys.argv[1:2]))
+    code = exit_code(lambda: _called(sys.argv[1:2])())
     no_more_signals()
     gc.freeze()  # or the interpreter looks through all that was loaded once more before it ends
     sys.exit(code)
