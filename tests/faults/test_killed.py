@@ -115,7 +115,7 @@ def fail_while_recovering(
     ("name", "scenes", "every"),
     [
         ("select", 2, 3),
-        pytest.param("run", 12, 1, marks=pytest.mark.slow),
+        pytest.param("run", 6, 1, marks=pytest.mark.slow),
         pytest.param("verify", 4, 1, marks=pytest.mark.slow),
     ],
 )
