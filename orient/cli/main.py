@@ -1,26 +1,13 @@
 """The command `orient`: the list of commands, and the way in."""
 
+import gc
 import os
 import sys
+from collections.abc import Iterable
+from importlib import import_module
 
 import typer
-from typer.models import CommandInfo
 
-from orient.cli import (
-    audit,
-    batch,
-    explain,
-    export,
-    inputs,
-    ledger,
-    plan,
-    plot,
-    questions,
-    report,
-    seal,
-    stages,
-    verify,
-)
 from orient.cli.ending import exit_code, listen, no_more_signals
 
 COMPLETING, ONE_LINE = "_ORIENT_COMPLETE", "10000"
@@ -36,14 +23,22 @@ A project is one SQLite file per photo. Start with:
 Exit codes: 0 done, 1 the data or the geometry says no, 2 wrong use, 3 the project file, 70 our own fault.
 """
 
-app = typer.Typer(
-    name="orient",
-    help=APP_HELP,
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
+GROUPS = {
+    "inputs": "new add",
+    "stages": "run refine digitize bl topocentric resection covariance absolute",
+    "batch": "batch",
+    "ledger": "status log show diff select check backup receive upgrade",
+    "verify": "verify",
+    "seal": "seal image",
+    "questions": "sql",
+    "audit": "audit",
+    "plan": "plan",
+    "plot": "plot",
+    "report": "report",
+    "export": "export",
+    "explain": "explain",
+}
+"""Each module of commands and what it registers, in the order of `--help`: only what is called is loaded."""
 
 
 def _show_version(value: bool) -> None:
@@ -54,15 +49,26 @@ def _show_version(value: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
 def _options(
     version: bool = typer.Option(False, "--version", callback=_show_version, is_eager=True, help="Print the version."),
 ) -> None:
     """Options of orient itself."""
 
 
-for group in (inputs, stages, batch, ledger, verify, seal, questions, audit, plan, plot, report, export, explain):
-    group.register(app)
+def command_line(groups: Iterable[str] = GROUPS) -> typer.Typer:
+    """The commands of some modules, all by default."""
+    app = typer.Typer(
+        name="orient",
+        help=APP_HELP,
+        no_args_is_help=True,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    app.callback()(_options)
+    for group in groups:
+        import_module(f"orient.cli.{group}").register(app)
+    return app
 
 
 def run() -> None:
@@ -72,14 +78,19 @@ def run() -> None:
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115  (for the life of the process)
     if COMPLETING in os.environ:
         os.environ["TERMINAL_WIDTH"] = ONE_LINE  # a name offered to the shell and what it means are one line
-    everything = app.registered_commands
-    app.registered_commands = _named(everything, sys.argv[1:]) or everything
-    code = exit_code(app)
-    app.registered_commands = everything
+    code = exit_code(lambda: _called(sys.argv[1:2])())
     no_more_signals()
+    gc.freeze()  # or the interpreter looks through all that was loaded once more before it ends
     sys.exit(code)
 
 
-def _named(commands: list[CommandInfo], words: list[str]) -> list[CommandInfo]:
+def _called(words: list[str]) -> typer.Typer:
     """The command that the first word names: typer would build all of them, with all their options."""
-    return [command for command in commands if command.callback and [command.callback.__name__] == words[:1]]
+    groups = [group for group, names in GROUPS.items() if words and words[0] in names.split()]
+    if not groups:
+        return command_line()
+    app = command_line(groups)
+    app.registered_commands = [
+        command for command in app.registered_commands if command.callback and [command.callback.__name__] == words
+    ]
+    return app

@@ -157,7 +157,7 @@ def _check_complete(known: dict[str, float]) -> None:
 
 
 def _camera_of_file(path: Path) -> dict[str, float]:
-    from orient.intake.camera import frame_centre
+    from orient.geometry.frame_centre import frame_centre
     from orient.intake.options import ReadOptions
     from orient.intake.project_folder import read_input
 

@@ -27,8 +27,9 @@ def command_page() -> str:
     from typer.main import get_command
     from typer.testing import CliRunner
 
-    from orient.cli.main import app
+    from orient.cli.main import command_line
 
+    app = command_line()
     names = list(get_command(app).commands)  # type: ignore[attr-defined]
     parts = ["# Commands\n\n" + MADE + _help(CliRunner(), app, [])]
     parts += [f"## orient {name}\n\n" + _help(CliRunner(), app, [name]) for name in names]

@@ -18,8 +18,8 @@ from orient.export.layer_fields import (
 from orient.export.map_system import MapSystem
 from orient.export.solved import Solved, stored_covariance
 from orient.geometry.camera import Measured, corrected
+from orient.geometry.frame_centre import frame_centre
 from orient.geometry.vertical_photo import grid_layout
-from orient.intake.camera import frame_centre
 from orient.pipeline.ground_accuracy import seen_ground
 from orient.pipeline.image_corrections import air_and_curvature
 from orient.pipeline.plan_covariance import horizon

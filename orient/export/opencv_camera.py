@@ -9,9 +9,9 @@ from orient.errors import GeometryError
 from orient.export.pixels import PixelGrid
 from orient.export.solved import Solved, SolvedPoints
 from orient.geometry.camera import Camera, Measured, corrected
+from orient.geometry.frame_centre import frame_centre
 from orient.geometry.opencv_lens import NAMES, OpencvLens, converted, distorted, fitted
 from orient.geometry.vertical_photo import grid_layout
-from orient.intake.camera import frame_centre
 from orient.pipeline.image_corrections import air_and_curvature
 from orient.pipeline.tables import Array, required
 from orient.values import Row

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from orient.errors import UsageError
-from orient.intake.camera import frame_centre
+from orient.geometry.frame_centre import frame_centre
 from orient.pipeline.tables import Array, number, required
 from orient.values import Row
 

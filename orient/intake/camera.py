@@ -2,6 +2,7 @@
 
 import math
 
+from orient.geometry.frame_centre import frame_centre
 from orient.intake.findings import BadValue, shown
 from orient.intake.names import parse_name
 from orient.intake.numbers import check_range, plain
@@ -143,18 +144,6 @@ def check_principal_point(camera: Section, row: Row) -> None:
         camera.problem("x0_mm", f"{place} lies more than two frame widths outside the frame")
     elif abs(x0 - middle_x) > width / 2 or abs(y0 - middle_y) > height / 2:
         camera.warn("principal_point_outside", "", f"{camera.file}: {place} lies outside the frame")
-
-
-def frame_centre(row: Row) -> tuple[float, float]:
-    """Centre of the frame in mm: the origin, unless the pixel origin was put elsewhere in the image."""
-    keys = ("pixel_size_mm", "origin_col_px", "origin_row_px", "image_width_px", "image_height_px")
-    values = [row.get(key) for key in keys]
-    if row.get("interior_transformation") != "none" or any(not isinstance(value, int | float) for value in values):
-        return 0.0, 0.0
-    size, col, row_px, width, height = (float(value) for value in values if isinstance(value, int | float))
-    x = ((width - 1) / 2 - col) * size * (1 if row.get("x_axis") == "right" else -1)
-    y = ((height - 1) / 2 - row_px) * size * (-1 if row.get("y_axis") == "up" else 1)
-    return x, y
 
 
 def read_marks(fiducials: Section) -> tuple[str, list[Mark]]:

@@ -4,7 +4,8 @@ import math
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-from orient.intake.camera import Columns, frame_centre
+from orient.geometry.frame_centre import frame_centre
+from orient.intake.camera import Columns
 from orient.intake.findings import BadValue
 from orient.intake.numbers import check_range
 from orient.intake.toml_file import Section, as_number

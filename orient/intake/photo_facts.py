@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from orient.intake.camera import frame_centre
+from orient.geometry.frame_centre import frame_centre
 from orient.values import InputTables, Scalar
 
 MARGIN = 0.1

@@ -5,17 +5,20 @@ Local Cartesian points pass through. A datum change is PROJ's, and the exact ope
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from orient.errors import OrientError
-from orient.geodesy.crs import Operation
 from orient.geodesy.ellipsoid import meridian_radius, prime_vertical_radius
 from orient.geodesy.topocentric import local_axes
 from orient.pipeline.ground import Ground, ground_of
 from orient.pipeline.tables import Array, columns, covariance_columns, covariances, names, or_none, single
 from orient.units import DEGREES_PER_RADIAN, RADIANS_PER_DEGREE
 from orient.values import Event, Outcome, Row, Settings, Tables
+
+if TYPE_CHECKING:
+    from orient.geodesy.crs import Operation
 
 STEP_M = 1.0
 LOCAL_KINDS = ("local",)
@@ -148,7 +151,9 @@ def _to_ground(source: SourcePoints, ground: Ground, allow_ballpark: bool) -> tu
         return ground.geographic_from_geocentric(source.coordinates), north, []
     if source.kind == "geographic" and source.crs is None:
         return source.coordinates, north, []
-    given, target, operation = ground.operation_from(source.crs, source.coordinates, source.source, allow_ballpark)
+    from orient.pipeline.ground_crs import operation_to
+
+    given, target, operation = operation_to(ground, source.crs, source.coordinates, source.source, allow_ballpark)
     transformed = _transform(source, ground, operation)
     if source.kind == "projected":
         north = _grid_north(source, ground, operation, transformed)
@@ -166,7 +171,7 @@ def _to_ground(source: SourcePoints, ground: Ground, allow_ballpark: bool) -> tu
     return transformed, north, [row]
 
 
-def _transform(source: SourcePoints, ground: Ground, operation: Operation) -> Array:
+def _transform(source: SourcePoints, ground: Ground, operation: "Operation") -> Array:
     """Geographic coordinates; a height without plan is changed as at the middle of the other points."""
     no_plan, no_height = np.isnan(source.coordinates[:, 0]), np.isnan(source.coordinates[:, 2])
     if no_plan.all():
@@ -190,7 +195,7 @@ def _transform(source: SourcePoints, ground: Ground, operation: Operation) -> Ar
     return transformed
 
 
-def _grid_north(source: SourcePoints, ground: Ground, operation: Operation, geographic: Array) -> Array:
+def _grid_north(source: SourcePoints, ground: Ground, operation: "Operation", geographic: Array) -> Array:
     """(n,) azimuth of the grid's north [rad], from a step along it."""
     moved = source.coordinates + np.array([0.0, STEP_M, 0.0])
     moved[:, 2] = np.where(np.isnan(moved[:, 2]), ground.mean_height, moved[:, 2])

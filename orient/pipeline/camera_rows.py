@@ -6,7 +6,6 @@ from math import hypot
 import numpy as np
 
 from orient.geometry.distortion import fold_radius
-from orient.pipeline.calibration import significance, strongest_correlation
 from orient.pipeline.camera import unit_of
 from orient.pipeline.known_elements import contradiction
 from orient.pipeline.tables import number, or_none, required
@@ -40,6 +39,8 @@ def camera_tables(
 
 
 def _elements(found: Resection, interior: CameraUnknowns, sigma0: float, use_posteriori: bool) -> list[Row]:
+    from orient.pipeline.calibration import significance
+
     tested = significance(found, interior, sigma0, use_posteriori)
     shares = dict(zip(interior.observed.tolist(), found.known_redundancy, strict=False))
     return [
@@ -95,6 +96,8 @@ def _contradictions(rows: Sequence[Row]) -> list[Event]:
 
 def _hardly_separable(found: Resection, interior: CameraUnknowns, rename: Callable[[str], str]) -> list[Event]:
     """A free element that nearly is a combination of the others: a result, but of little worth for its own."""
+    from orient.pipeline.calibration import strongest_correlation
+
     events = []
     for place, name in enumerate(interior.names):
         correlation, partner = strongest_correlation(found, len(found.Q) - len(interior.names) + place)

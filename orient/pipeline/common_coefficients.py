@@ -10,9 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from orient.geometry import polynomial
-from orient.pipeline.digitize import metres_per_unit
 from orient.pipeline.frames import Frame
-from orient.pipeline.ground import Ground
+from orient.pipeline.ground import Ground, metres_per_unit
 from orient.pipeline.tables import Array, columns, covariances, required
 from orient.solvers.common_unknowns import CommonUnknowns
 from orient.solvers.packed import unpack_upper

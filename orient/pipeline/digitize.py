@@ -5,17 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orient.geodesy.ellipsoid import meridian_radius, prime_vertical_radius
 from orient.geometry.polynomial import exponents
 from orient.pipeline.digitize_tests import cross_tests, left_out, suspect_rows
 from orient.pipeline.exclusions import by_hand_in_parts, numbered
-from orient.pipeline.ground import Ground, ground_of
+from orient.pipeline.ground import Ground, ground_of, metres_per_unit
 from orient.pipeline.tables import Array, columns, group, names, number, or_none, packed_rows, single
 from orient.solvers.cycle_means import CycleMeans, cycle_means
 from orient.solvers.engines import Engine
 from orient.solvers.polynomial_degree import F_TEST, LEAVE_ONE_OUT, Crosses, Rule, degree_choices
 from orient.solvers.polynomial_fit import SheetFit, Suspect, fit_sheet, predict, suspects
-from orient.units import RADIANS_PER_DEGREE
 from orient.values import Event, Outcome, Row, Settings, Tables
 
 
@@ -112,16 +110,6 @@ def _two_choices(sheet: Sheet, fit: SheetFit, crosses: Crosses) -> list[Event]:
 
 def _predicted(error_m: float | None) -> str:
     return "" if error_m is None else f" (predicts a cross to {error_m:.1f} m)"
-
-
-def metres_per_unit(target: Array, is_geographic: bool, ground: Ground) -> Array:
-    """(n, 2) metres northwards and eastwards per unit of the target: M rho and N cos B rho, or 1 on a grid."""
-    if not is_geographic:
-        return np.ones_like(target)
-    latitude = target[:, 0] * RADIANS_PER_DEGREE
-    north = meridian_radius(ground.figure, latitude)
-    east = prime_vertical_radius(ground.figure, latitude) * np.cos(latitude)
-    return np.column_stack([north, east]) * RADIANS_PER_DEGREE
 
 
 def _bad_crosses(crosses: Crosses, bad: Sequence[Suspect], cleaned: SheetFit, is_rejected: bool) -> list[Event]:

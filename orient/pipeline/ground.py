@@ -3,24 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-from pyproj import CRS
 
 from orient.errors import OrientError
-from orient.geodesy.crs import (
-    Operation,
-    crs_from_text,
-    find_operation,
-    geographic_crs,
-    geographic_crs_of,
-    ground_ellipsoid,
-)
-from orient.geodesy.ellipsoid import Ellipsoid
+from orient.geodesy.ellipsoid import Ellipsoid, meridian_radius, prime_vertical_radius
 from orient.geodesy.topocentric import geographic_from_geocentric
 from orient.pipeline.tables import Array, number, required
 from orient.units import DEGREES_PER_RADIAN, RADIANS_PER_DEGREE
 from orient.values import Row
-
-AREA_MARGIN_DEG = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,42 +44,6 @@ class Ground:
         latitude, longitude, height = geographic_from_geocentric(xyz, self.figure).T
         return np.column_stack([longitude * DEGREES_PER_RADIAN, latitude * DEGREES_PER_RADIAN, height])
 
-    def operation_from(
-        self, source_crs: str | None, coordinates: Array, source: str, allow_ballpark: bool
-    ) -> tuple[CRS, CRS, Operation]:
-        """Source CRS, target CRS and the operation to geographic coordinates of the ground that covers the points."""
-        if source_crs is None:
-            raise OrientError(
-                f"{source} has projected coordinates but no CRS is stated",
-                'State it: crs = "EPSG:..." in control.toml or sheet.toml.',
-            )
-        given = crs_from_text(source_crs)
-        target = self._target_for(given)
-        return given, target, find_operation(given, target, allow_ballpark, area=_area(given, coordinates))
-
-    def _target_for(self, source: CRS) -> CRS:
-        """The ground's CRS; a bare ellipsoid takes the datum of a source that stands on the same figure."""
-        if self.crs is not None:
-            return crs_from_text(self.crs)
-        own, theirs = self.figure, ground_ellipsoid(source)
-        if (own.a_m, own.inverse_flattening) == (theirs.a_m, theirs.inverse_flattening) and source.geodetic_crs:
-            return source.geodetic_crs
-        return geographic_crs_of(own)
-
-
-def _area(crs: CRS, coordinates: Array) -> tuple[float, float, float, float] | None:
-    """West, south, east, north [deg] of the points: PROJ chooses the operation made for them."""
-    whole = coordinates[~np.isnan(coordinates[:, :2]).any(axis=1)]
-    if not len(whole):
-        return None
-    longitude, latitude, _ = find_operation(crs, geographic_crs(crs)).transform(*np.nan_to_num(whole).T)
-    return (
-        float(np.min(longitude)) - AREA_MARGIN_DEG,
-        max(float(np.min(latitude)) - AREA_MARGIN_DEG, -90.0),
-        float(np.max(longitude)) + AREA_MARGIN_DEG,
-        min(float(np.max(latitude)) + AREA_MARGIN_DEG, 90.0),
-    )
-
 
 def ground_of(photo: Row) -> Ground:
     """The ground that the photo's row describes."""
@@ -108,3 +61,13 @@ def ground_of(photo: Row) -> Ground:
         central_meridian=None if meridian is None else meridian * RADIANS_PER_DEGREE,
         mean_height=number(photo, "ground_height_m") or 0.0,
     )
+
+
+def metres_per_unit(target: Array, is_geographic: bool, ground: Ground) -> Array:
+    """(n, 2) metres northwards and eastwards per unit of the target: M rho and N cos B rho, or 1 on a grid."""
+    if not is_geographic:
+        return np.ones_like(target)
+    latitude = target[:, 0] * RADIANS_PER_DEGREE
+    north = meridian_radius(ground.figure, latitude)
+    east = prime_vertical_radius(ground.figure, latitude) * np.cos(latitude)
+    return np.column_stack([north, east]) * RADIANS_PER_DEGREE

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from orient.geometry.collinearity import image_ray
+from orient.geometry.frame_centre import frame_centre
 from orient.geometry.vertical_photo import grid_layout
-from orient.intake.camera import frame_centre
 from orient.pipeline.frames import Frame
 from orient.pipeline.ground_budget import SeenImage
 from orient.pipeline.oriented import Oriented

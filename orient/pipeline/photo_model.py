@@ -13,7 +13,7 @@ from orient.errors import GeometryError
 from orient.geometry import plane
 from orient.geometry.camera import Measured
 from orient.geometry.collinearity import project
-from orient.intake.camera import frame_centre
+from orient.geometry.frame_centre import frame_centre
 from orient.pipeline.frames import Frame, frame_of
 from orient.pipeline.ground import ground_of
 from orient.pipeline.ground_budget import SeenImage

@@ -3,11 +3,11 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from orient.errors import GeometryError
-from orient.pipeline.calibration import Calibration, calibrate, candidates_of
 from orient.pipeline.camera import camera_unknowns, with_element
 from orient.pipeline.camera_rows import camera_events, camera_tables
 from orient.pipeline.chain import Chain
@@ -35,6 +35,9 @@ from orient.solvers.resection import Resection, resect
 from orient.solvers.resection_problem import ELEMENTS
 from orient.units import RADIANS_PER_DEGREE
 from orient.values import Event, Outcome, Row, Settings, Tables
+
+if TYPE_CHECKING:
+    from orient.pipeline.calibration import Calibration
 
 MINIMUM_POINTS = 3
 HEIGHT_TOLERANCE_M = 1e-3
@@ -135,7 +138,7 @@ def _assignment(inputs: Mapping[str, Tables], settings: Settings) -> tuple[Assig
     return work, check, [*events, *far]
 
 
-def _chosen(work: Assignment, chain: Chain) -> tuple[Task, Chosen, Calibration | None]:
+def _chosen(work: Assignment, chain: Chain) -> tuple[Task, Chosen, "Calibration | None"]:
     """The points that carry the resection; with --calibrate auto also the elements of the camera that it needs.
 
     The steps see all points but those excluded by hand; where points were left out, they are taken once more without
@@ -174,8 +177,10 @@ def _task(work: Assignment, chain: Chain) -> Task:
     )
 
 
-def _calibrated(work: Assignment, chain: Chain, inside: Sequence[int]) -> tuple[Calibration | None, Chain]:
+def _calibrated(work: Assignment, chain: Chain, inside: Sequence[int]) -> tuple["Calibration | None", Chain]:
     """The steps of --calibrate auto with some of the points, and the chain with the elements that they take."""
+    from orient.pipeline.calibration import calibrate, candidates_of
+
     control, part = work.control.at(inside), chain.at(inside)
     first = _solve(work, control, part).found
     if chain.camera is None or part.camera is None or first.termination != "CONVERGED":

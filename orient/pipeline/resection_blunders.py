@@ -14,7 +14,6 @@ from orient.pipeline.observations import Observations
 from orient.pipeline.tables import Array
 from orient.pipeline.weights import ground_weights
 from orient.solvers.common_unknowns import WhitenedCommon, whitened
-from orient.solvers.consensus import Trimmed, all_agreeing, least_trimmed
 from orient.solvers.critical_values import Limits, tau_limits, w_limits
 from orient.solvers.ground_points import ground_knowledge
 from orient.solvers.reliability import Reliability, observation_tests, prediction_statistic
@@ -27,7 +26,6 @@ from orient.solvers.resection_reliability import (
     other_blocks,
     view_misfits,
 )
-from orient.solvers.robust_resection import triple_misfits
 from orient.solvers.snooping import Decision, Verdicts, fit_probability
 from orient.values import Settings
 
@@ -183,6 +181,9 @@ def _fit(task: Task, found: Resection, at: list[int], limits: Limits, reliabilit
 
 def _agreeing(task: Task, start: Mask) -> Mask:
     """Least trimmed squares from three-point resections; then all others that fit."""
+    from orient.solvers.consensus import Trimmed, all_agreeing, least_trimmed
+    from orient.solvers.robust_resection import triple_misfits
+
     at = np.flatnonzero(start)
     some = task.control.at(at.tolist())
     free, weight = ground_weights(some.rows, str(task.settings["control"]), task.sigma0).at(some.up)

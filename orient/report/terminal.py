@@ -2,11 +2,12 @@
 
 import sys
 import textwrap
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
-from rich.progress import Progress, ProgressColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
-from rich.table import Column
+
+if TYPE_CHECKING:
+    from rich.progress import Progress, ProgressColumn, SpinnerColumn
 
 UNKNOWN_WIDTH, USUAL_WIDTH = 20, 80
 """A terminal that does not know its width says 0 or 1."""
@@ -50,14 +51,19 @@ def folded(line: str, width: int) -> str:
     )
 
 
-def moving_line(out: Console, *columns: ProgressColumn, is_quiet: bool = False) -> Progress:
+def moving_line(out: Console, *columns: "ProgressColumn", is_quiet: bool = False) -> "Progress":
     """Columns, what is going on, the time: a line that moves on a terminal and is gone at the end; else nothing."""
+    from rich.progress import Progress, TextColumn, TimeElapsedColumn
+    from rich.table import Column
+
     is_shown = sys.stdout is not None and sys.stdout.isatty() and not is_quiet
     # cropped, not shortened by an ellipsis, which ASCII does not have
     what = TextColumn("{task.description}", table_column=Column(no_wrap=True, overflow="crop"))
     return Progress(*columns, what, TimeElapsedColumn(), console=out, transient=True, disable=not is_shown)
 
 
-def spinner(out: Console) -> SpinnerColumn:
+def spinner(out: Console) -> "SpinnerColumn":
     """A small sign of life, in ASCII where the terminal knows no more."""
+    from rich.progress import SpinnerColumn
+
     return SpinnerColumn("dots" if out.encoding.startswith("utf") else "line")

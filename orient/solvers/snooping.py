@@ -98,10 +98,12 @@ def snoop(
         decision = _decide(look, kept, start, number)
         if decision is None:
             break
-        trial = _without(kept, decision)
-        following = adjust(trial) if decision.action in ("excluded", "taken back") else None
-        if following is None or trial.tobytes() in seen:
-            decisions += [] if trial.tobytes() in seen and following else [_stopped(decision)]
+        trial, leads_on = _without(kept, decision), decision.action in ("excluded", "taken back")
+        if leads_on and trial.tobytes() in seen:
+            break
+        following = adjust(trial) if leads_on else None
+        if following is None:
+            decisions.append(_stopped(decision))
             break
         decisions.append(decision)
         kept, look = trial, following if keep_last else replace(following, adjusted=first.adjusted)

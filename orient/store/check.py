@@ -84,7 +84,7 @@ def _check_open_file(report: CheckReport, look: Preflight, form: Format, progres
     gated = pass_gate(look, "read", form, with_checks=False)
     try:
         report.add("schema", True, f"{len(form.objects)} objects as orient makes them")
-        with translated(look.path, gated.watch), gated.connection.begin():
+        with translated(look.path, gated.watch), gated.begin():
             _check_pages(report, gated.connection, look.path)
             _check_ledger(report, gated.connection, form, progress)
     finally:

@@ -17,6 +17,8 @@ BUSY_TIMEOUT_S = 30.0
 OPERATIONS_BETWEEN_LOOKS = 10_000
 HEAP_LIMIT_BYTES = 512 * 2**20
 SPILL = "PRAGMA cache_spill=ON"
+ALONE = ("PRAGMA journal_mode=MEMORY", "PRAGMA synchronous=OFF")
+SMALL_JOURNALS = "PRAGMA temp_store=DEFAULT"
 
 SPILL_PAGES = 65_535
 """256 MB of pages of 4096 bytes: a larger append goes through the file, so that its memory is bounded. Not 65 536: of
@@ -34,6 +36,8 @@ LIMITS = {
     sqlite3.SQLITE_LIMIT_LIKE_PATTERN_LENGTH: 200,
     sqlite3.SQLITE_LIMIT_TRIGGER_DEPTH: 10,
 }
+
+RUNNING = ("ENABLE_TRIGGER", "ENABLE_VIEW")
 
 PRAGMAS = (
     "trusted_schema=OFF",
@@ -102,6 +106,20 @@ def driver_of(connection: Connection) -> sqlite3.Connection:
     return driver
 
 
+def prepare_to_append(connection: Connection) -> None:
+    """Let SQLite keep the journal of one statement as it likes: a row fits into the 64 kB that it takes in one piece.
+
+    With temp_store=MEMORY it asks for them a kilobyte at a time, at every row.
+    """
+    driver_of(connection).execute(SMALL_JOURNALS).fetchall()
+
+
+def write_alone(connection: Connection) -> None:
+    """Journal in memory, no syncs: only for a new file without a name, which is synced before it gets one."""
+    for pragma in ALONE:
+        driver_of(connection).execute(pragma).fetchall()
+
+
 def let_spill(connection: Connection) -> None:
     """Let a large append go to the disk before its end: only into a file that nobody else knows yet.
 
@@ -126,11 +144,17 @@ def compact_into(source: Path, target: Path) -> None:
 
 
 def _set_dbconfig(connection: Any) -> None:
-    """Stored triggers and views are dead; TEMP ones still work (Python 3.12 and later)."""
-    on = ("SQLITE_DBCONFIG_DEFENSIVE",)
-    off = ("TRUSTED_SCHEMA", "ENABLE_TRIGGER", "ENABLE_VIEW", "ENABLE_FTS3_TOKENIZER", "ENABLE_LOAD_EXTENSION",
-           "DQS_DDL", "DQS_DML")  # fmt: skip
-    for name in on:
-        connection.setconfig(getattr(sqlite3, name), True)
+    """Triggers and views of the file are dead until the gate has compared them (Python 3.12 and later)."""
+    connection.setconfig(sqlite3.SQLITE_DBCONFIG_DEFENSIVE, True)  # type: ignore[attr-defined]
+    off = ("TRUSTED_SCHEMA", *RUNNING, "ENABLE_FTS3_TOKENIZER", "ENABLE_LOAD_EXTENSION", "DQS_DDL", "DQS_DML")
     for name in off:
         connection.setconfig(getattr(sqlite3, f"SQLITE_DBCONFIG_{name}"), False)
+
+
+def let_run(connection: Connection, watch: Watch, names: frozenset[str]) -> None:
+    """Let the compared views and triggers `names` run; on Python 3.11 the authorizer alone has held them back."""
+    driver: Any = driver_of(connection)
+    if sys.version_info >= (3, 12):
+        for name in RUNNING:
+            driver.setconfig(getattr(sqlite3, f"SQLITE_DBCONFIG_{name}"), True)
+    watch.names = names

@@ -100,7 +100,7 @@ def _tokens(values: Sequence[Scalar]) -> tuple[str, Iterable[Scalar]]:
     """How a value of this column stands in a row, and the part of each value that differs."""
     kinds = set(map(type, values))
     if kinds == {float}:
-        return '"f:%s"', [(value + 0.0).hex() for value in values]  # type: ignore[operator]
+        return '"f:%s"', list(map(float.hex, values))  # type: ignore[arg-type]
     if kinds == {int}:
         return "%d", values
     if kinds == {NoneType}:

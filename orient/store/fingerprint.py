@@ -6,6 +6,7 @@ from pathlib import Path
 from sqlalchemy import Connection
 
 from orient.errors import ProjectError
+from orient.store.connection import driver_of
 from orient.store.errors import Corrupt
 from orient.store.format import Format, SchemaObject, TableShape
 from orient.store.guards import quoted
@@ -18,11 +19,11 @@ NAMED = 3
 
 def schema_objects(connection: Connection) -> list[SchemaObject]:
     """Rows of sqlite_schema in the order of type and name; statistics tables are not looked at."""
-    rows = connection.exec_driver_sql(
+    query = (
         "SELECT type, name, tbl_name, sql FROM main.sqlite_schema WHERE name NOT LIKE 'sqlite_stat_' "
         "ORDER BY type, name, tbl_name, sql"
     )
-    return [(row[0], row[1], row[2], row[3]) for row in rows.all()]
+    return driver_of(connection).execute(query).fetchall()
 
 
 def tables_and_indexes(connection: Connection) -> list[SchemaObject]:
@@ -34,7 +35,9 @@ def check_fingerprint(connection: Connection, form: Format, path: Path) -> None:
     count = connection.exec_driver_sql("SELECT count(*) FROM main.sqlite_schema").scalar_one()
     if count > len(form.objects) + 20:
         raise _foreign(path, f"{count} tables, views, triggers and indexes instead of {len(form.objects)}")
-    compare_objects(schema_objects(connection), form.objects, path)
+    objects = schema_objects(connection)
+    if tuple(objects) != form.objects:
+        compare_objects(objects, form.objects, path)
     check_migration(connection, form.head, path)
 
 

@@ -1,17 +1,17 @@
-"""From a path to a connection that has passed the gate: preflight, recovery, fingerprint, checks, TEMP guards."""
+"""From a path to a connection that has passed the gate: preflight, recovery, fingerprint, checks."""
 
 import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from sqlalchemy import Connection, Engine
+from sqlalchemy import Connection, Engine, RootTransaction
 
-from orient.store.connection import Mode, open_engine
+from orient.store.connection import Mode, driver_of, let_run, open_engine, prepare_to_append
 from orient.store.error_map import translated
-from orient.store.errors import ReadOnly
+from orient.store.errors import ReadOnly, Replaced
 from orient.store.fingerprint import check_fingerprint, check_pages
 from orient.store.format import Format
-from orient.store.guards import install_temporary
+from orient.store.guards import own_names
 from orient.store.preflight import OPEN_FILES, Preflight, identity
 from orient.store.watch import Watch
 
@@ -25,11 +25,22 @@ CHECK_DEADLINE_S = 60.0
 class Gated:
     """A connection that has passed the gate, and the schema version that it was checked at."""
 
+    path: Path
     engine: Engine
     connection: Connection
     watch: Watch
     schema_version: int
     file: tuple[int, int]
+
+    def begin(self, immediate: bool = False) -> RootTransaction:
+        """A transaction in which the views and guards that run are those that were compared."""
+        self.connection.execution_options(immediate=immediate)
+        transaction = self.connection.begin()
+        if schema_version_of(self.connection) != self.schema_version:
+            transaction.rollback()
+            message = f"{self.path}: another program altered the schema meanwhile."
+            raise Replaced(message, "Nothing was stored. Run it again.")
+        return transaction
 
     def close(self) -> None:
         OPEN_FILES[self.file] -= 1
@@ -38,7 +49,7 @@ class Gated:
 
 
 def pass_gate(look: Preflight, mode: Mode, form: Format, with_checks: bool = True) -> Gated:
-    """Connect, compare the schema, check the pages of a small file, install TEMP views and guards."""
+    """Connect, compare the schema, check the pages of a small file, and let its views and guards run."""
     watch = Watch()
     engine = open_engine(look.path, mode, watch)
     file = identity(look.path)
@@ -47,24 +58,30 @@ def pass_gate(look: Preflight, mode: Mode, form: Format, with_checks: bool = Tru
         try:
             with connection.begin():
                 schema_version = _inspect(connection, look, form, watch, with_checks)
-                watch.names = install_temporary(connection, form, with_guards=mode == "write")
+                let_run(connection, watch, own_names(form))
+            if mode == "write":
+                prepare_to_append(connection)
         except BaseException:
             connection.close()
             engine.dispose()
             raise
     watch.phase = mode
     OPEN_FILES[file] += 1
-    return Gated(engine, connection, watch, schema_version, file)
+    return Gated(look.path, engine, connection, watch, schema_version, file)
 
 
 def _inspect(connection: Connection, look: Preflight, form: Format, watch: Watch, with_checks: bool) -> int:
     with watch.within(SCHEMA_DEADLINE_S):
-        schema_version = int(connection.exec_driver_sql("PRAGMA main.schema_version").scalar_one())
+        schema_version = schema_version_of(connection)
         check_fingerprint(connection, form, look.path)
     if with_checks and look.size < CHECKED_BYTES:
         with watch.within(CHECK_DEADLINE_S):
             check_pages(connection, look.path)
     return schema_version
+
+
+def schema_version_of(connection: Connection) -> int:
+    return int(driver_of(connection).execute("PRAGMA main.schema_version").fetchone()[0])
 
 
 def recover(look: Preflight) -> None:
@@ -80,8 +97,7 @@ def recover(look: Preflight) -> None:
 
 def tidy(gated: Gated, form: Format) -> None:
     """Remove a stale journal: only a real write does it, so the format number is written over itself."""
-    gated.connection.execution_options(immediate=True)
-    with gated.connection.begin():
+    with gated.begin(immediate=True):
         gated.connection.exec_driver_sql(f"PRAGMA main.user_version = {form.version}")
 
 

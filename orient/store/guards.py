@@ -1,13 +1,11 @@
-"""Guards and views: the stored copies are for people with a database browser, the program relies on the TEMP ones."""
+"""Guards and views: written into every project. The gate compares them byte by byte before they may run."""
 
-import secrets
 from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
 from sqlalchemy import Connection
 
-from orient.store.connection import driver_of
 from orient.store.format import Format
 
 GUARDS_FILE = Path(__file__).with_name("guards.sql")
@@ -66,21 +64,6 @@ def quoted(name: str) -> str:
     return '"' + name.replace('"', '""') + '"'
 
 
-def install_temporary(connection: Connection, form: Format, with_guards: bool) -> frozenset[str]:
-    """Install TEMP views, and for a writer TEMP guards with a random suffix; the names that may run from now on."""
-    suffix = secrets.token_hex(4)
-    driver = driver_of(connection)  # some hundred statements: SQLAlchemy would cost as much as SQLite
-    for statement in view_statements():
-        driver.execute(statement.replace("CREATE VIEW", "CREATE TEMP VIEW", 1))
-    if with_guards:
-        for statement in guard_statements(form.tables):
-            driver.execute(_temporary_guard(statement, suffix))
-    stored = form.names_of("view", "trigger")
-    suffixed = frozenset(f"{name}_{suffix}" for name in form.names_of("trigger"))
-    return stored | suffixed | CTE_NAMES
-
-
-def _temporary_guard(statement: str, suffix: str) -> str:
-    head, name, rest = statement.split(" ", 3)[1:]
-    before, after = rest.split(" ON ", 1)
-    return f"CREATE TEMP {head} {name}_{suffix} {before} ON main.{after}"
+def own_names(form: Format) -> frozenset[str]:
+    """Views, triggers and CTEs that may run on a connection whose schema has been compared."""
+    return form.names_of("view", "trigger") | CTE_NAMES

@@ -157,6 +157,12 @@ def _replace_reservation(temporary: Path, target: Path) -> None:
         raise
 
 
+def sync_content(path: Path) -> None:
+    """Make the content of a file survive a power cut; no connection to it may be open, its locks would be dropped."""
+    with path.open("r+b") as file:
+        os.fsync(file.fileno())
+
+
 def sync_name(path: Path) -> None:
     """Make the name of a file survive a power cut, where the system can; the file itself was synced before."""
     try:

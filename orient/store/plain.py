@@ -15,8 +15,8 @@ from orient.values import Blob, Columns, Event, Row, Scalar, Tables, as_list
 
 REAL_LIMIT = 1e15
 INTEGER_LIMIT = 2**63
-CHUNK = 4096
-"""Rows that are handled at once."""
+CHUNK = 512
+"""Rows that are handled at once: fewer than the 700 new objects at which Python's collector looks through them."""
 
 EVENT_FIELDS = ("severity", "code", "subject", "message", "value")
 

@@ -13,15 +13,15 @@ from sqlalchemy.exc import DBAPIError
 from orient.errors import UsageError
 from orient.store import runs
 from orient.store.asking import Answer, ask
-from orient.store.connection import Mode, let_spill
+from orient.store.connection import Mode, let_spill, write_alone
 from orient.store.digest import input_digest as input_digest
 from orient.store.digest import output_digest as output_digest
 from orient.store.error_map import error_name, explain, is_busy, translated
-from orient.store.errors import OurFault, ReadOnly, Replaced
+from orient.store.errors import OurFault, ReadOnly
 from orient.store.format import Format, current_format
 from orient.store.gate import Gated, pass_gate, recover, require_writable, tidy
 from orient.store.images import image_bytes
-from orient.store.new_file import make_file, new_name, sweep
+from orient.store.new_file import make_file, new_name, sweep, sync_content
 from orient.store.plain import event_rows
 from orient.store.preflight import Preflight, preflight
 from orient.store.rows import StoredTable, stored_tables
@@ -72,8 +72,7 @@ class Project:
             if gated.connection.in_transaction():
                 yield gated.connection
                 return
-            gated.connection.execution_options(immediate=False)
-            with gated.connection.begin():
+            with gated.begin():
                 yield gated.connection
 
     def heads(self) -> dict[str, RunInfo]:
@@ -179,6 +178,12 @@ class Project:
         with gated.watch.in_phase("setup"):
             let_spill(gated.connection)
 
+    def write_alone(self) -> None:
+        """Journal in memory, no syncs: only for a new file without a name, which is synced before it gets one."""
+        gated = self._open_gate()
+        with gated.watch.in_phase("setup"):
+            write_alone(gated.connection)
+
     def append(self, new: NewRun) -> RunInfo:
         """Store one run in one transaction: header, inputs, rows, events, seal, selection."""
         return self.append_all([new])[0]
@@ -239,11 +244,7 @@ class Project:
             return result
 
     def _begin_and_work(self, gated: Gated, work: Callable[[Connection], Result]) -> Result:
-        gated.connection.execution_options(immediate=True)
-        gated.connection.begin()
-        schema_version = gated.connection.exec_driver_sql("PRAGMA main.schema_version").scalar_one()
-        if schema_version != gated.schema_version:
-            raise Replaced(f"{self.path}: another program altered the schema meanwhile.", "Nothing was stored.")
+        gated.begin(immediate=True)
         return work(gated.connection)
 
     def _are_stored(self, appended: list[RunInfo]) -> bool:
@@ -311,6 +312,8 @@ def create_project(path: str | os.PathLike[str], fill: Callable[[Project], None]
         write_empty_project(temporary, form)
         if fill is not None:
             with Project(preflight(temporary, form), "write", form, with_checks=False) as project:
+                project.write_alone()
                 fill(project)
+        sync_content(temporary)
 
     make_file(new_name(path), write)

@@ -85,17 +85,12 @@ class StoredTable:
     def columns(self) -> Columns:
         """The same by column: numbers that are all known as an array, each word once in memory."""
         kinds = dict(self.shape.columns)
-        columns: list[Any] = [array("d") if self._is_full_of(kinds[name], name) else [] for name in self.names]
+        columns: list[Any] = [array("d") if kinds[name] == "REAL" else [] for name in self.names]
         words: dict[Scalar, Scalar] = {}
-        is_text = [kinds[name] == "TEXT" for name in self.names]
+        words_of = [words if kinds[name] == "TEXT" else None for name in self.names]
         for rows in self.chunks():
-            for values, some, has_words in zip(columns, zip(*rows, strict=True), is_text, strict=True):
-                values.extend(map(words.setdefault, some, some) if has_words else some)
+            columns = list(map(_extended, columns, zip(*rows, strict=True), words_of))
         return Columns(dict(zip(self.names, columns, strict=True)))
-
-    def _is_full_of(self, kind: str, name: str) -> bool:
-        """Is it a column of numbers, all of them known?"""
-        return kind == "REAL" and self._counts[1 + self.names.index(name)] == len(self)
 
 
 def stored_tables(
@@ -105,6 +100,19 @@ def stored_tables(
     driver = driver_of(connection)
     names = (*STAGE_TABLES.get(stage, ()), EVENT_TABLE)
     return {name: StoredTable(driver, run_id, name, form.tables[name], seen) for name in names}
+
+
+def _extended(values: Any, some: tuple[Any, ...], words: dict[Any, Any] | None) -> Any:
+    """The column with some values more: an array while all its numbers are known, a list from the first NULL on."""
+    if isinstance(values, array):
+        try:
+            values.extend(array("d", some))
+        except TypeError:
+            values = values.tolist()
+        else:
+            return values
+    values.extend(some if words is None else map(words.setdefault, some, some))
+    return values
 
 
 def _has_bytes(shape: TableShape) -> bool:

@@ -17,7 +17,7 @@ ORDER = ("table", "index", "view", "trigger")
 
 
 def write_empty_project(path: Path, form: Format) -> None:
-    """Fill an existing empty file with an empty project that survives a power cut."""
+    """Fill an existing empty file with an empty project; the caller syncs it."""
     with translated(path, Watch()), path.open("r+b") as file:
         _write(file.fileno(), _empty_project() if form is current_format() else _built(form))
 
@@ -26,7 +26,6 @@ def _write(descriptor: int, content: bytes) -> None:
     try:
         while content:
             content = content[os.write(descriptor, content) :]
-        os.fsync(descriptor)
     except OSError as error:
         raise _as_sqlite_says(error) from error
 

@@ -59,7 +59,7 @@ def on_screen(*words: object) -> tuple[int, str]:
     out = Screen(io.BytesIO(), "utf-8", newline="")
     err = io.StringIO()
     with redirect_stdout(out), redirect_stderr(err):
-        code = exit_code(lambda: main.app([str(word) for word in words], prog_name="orient"))
+        code = exit_code(lambda: main.command_line()([str(word) for word in words], prog_name="orient"))
     out.flush()
     return code, plain(out.buffer.getvalue().decode("utf-8"))  # type: ignore[attr-defined]
 

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from orient.cli.main import app
+from orient.cli.main import command_line
 from orient.pipeline.registry import ALL_STAGES, STAGES
 from orient.store.project import open_project
 from tests.cli.commands import AERIAL, orient
 
 COMMANDS = tuple(
     command.name or command.callback.__name__  # type: ignore[union-attr]
-    for command in app.registered_commands
+    for command in command_line().registered_commands
 )
 
 

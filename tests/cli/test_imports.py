@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from orient.cli.main import app
+from orient.cli.main import GROUPS, command_line
 
 ROOT = Path(__file__).parents[2]
 SAMPLE = ROOT / "sample_projects" / "calgary-28"
@@ -22,8 +22,8 @@ run()
 HELP = {"orient", "typer", "annotated_doc", "shellingham", "click", "typing_extensions"}
 READ = HELP | {"sqlalchemy", "rich", "pygments", "greenlet"}
 STORE = READ | {"numpy"}
-COMPUTE = STORE | {"scipy", "pyproj", "certifi"}
-NAMES = [str(command.callback.__name__) for command in app.registered_commands if command.callback]
+COMPUTE = STORE | {"scipy"}  # the sample has local ground: no datum, no PROJ
+NAMES = " ".join(GROUPS.values()).split()
 
 NAMED_SHELL = "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION"
 """The shell is named, not looked for among the parents: `make` starts its commands by sh."""
@@ -43,6 +43,8 @@ ALLOWED = {
     "select P control 1 -m again": STORE,
     "run P": STORE,  # nothing is stale: nothing is computed
     "refine P --again": COMPUTE,
+    "bl P --again": STORE,
+    "topocentric P --again": STORE,
     "covariance P --again": COMPUTE,
     "resection P --again": COMPUTE,
 }
@@ -60,6 +62,26 @@ def loaded(*words: str) -> set[str]:
     assert done.returncode == 0, done.stderr[:2000]
     tops = {name.split(".")[0] for name in json.loads(done.stderr.splitlines()[-1])}
     return {top for top in tops - set(sys.stdlib_module_names) if not top.startswith("_") and "cython" not in top}
+
+
+OWN = {
+    "status P": ("orient.cli.plan", "orient.pipeline.runner", "orient.intake"),
+    "resection P --again": ("orient.cli.plan", "orient.intake", "orient.pipeline.digitize", "orient.pipeline.absolute"),
+}
+
+
+@pytest.mark.parametrize("line", OWN)
+def test_a_command_leaves_its_neighbours_alone(line: str, project: Path) -> None:
+    code = CODE.format(words=["orient", *line.replace("P", str(project), 1).split()])
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0, done.stderr[:2000]
+    assert not set(OWN[line]) & set(json.loads(done.stderr.splitlines()[-1]))
+
+
+@pytest.mark.parametrize("group", GROUPS)
+def test_each_module_registers_the_commands_that_are_looked_for_in_it(group: str) -> None:
+    commands = command_line([group]).registered_commands
+    assert [command.callback.__name__ for command in commands if command.callback] == GROUPS[group].split()
 
 
 @pytest.fixture(scope="module")

@@ -19,9 +19,9 @@ DEADLINE_S = 120
 def command_names() -> list[str]:
     from typer.main import get_command
 
-    from orient.cli.main import app
+    from orient.cli.main import command_line
 
-    return list(get_command(app).commands)  # type: ignore[attr-defined]
+    return list(get_command(command_line()).commands)  # type: ignore[attr-defined]
 
 
 def readme_commands() -> list[str]:

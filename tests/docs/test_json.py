@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from orient.cli.main import app
+from orient.cli.main import command_line
 from tests.cli.commands import ROOT, SAMPLES, orient
 
 PAGE = (ROOT / "docs" / "json.md").read_text("utf-8")
@@ -83,7 +83,7 @@ def test_every_key_is_documented_and_there(command: str, project: Path) -> None:
 def test_every_command_with_json_has_a_section() -> None:
     from typer.main import get_command
 
-    group = get_command(app)
+    group = get_command(command_line())
     named = {
         name
         for name, command in group.commands.items()  # type: ignore[attr-defined]

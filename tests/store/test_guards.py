@@ -12,12 +12,14 @@ from sqlalchemy import REAL
 from sqlalchemy.exc import DBAPIError, IntegrityError
 
 from orient.models import Base
-from orient.store.errors import OurFault
+from orient.store.connection import hardened
+from orient.store.errors import OurFault, Replaced
 from orient.store.format import current_format
 from orient.store.gate import Gated, pass_gate
 from orient.store.preflight import preflight
 from orient.store.project import open_project
 from orient.store.stage_tables import STAGE_TABLES
+from orient.store.watch import Watch
 from tests.promises import Promise
 from tests.store.made import EVIDENCE, new_run, row_of
 
@@ -54,7 +56,7 @@ def writer(verified: Path) -> Iterator[Gated]:
 
 @pytest.mark.parametrize("table", TABLES)
 @pytest.mark.parametrize("action", STATEMENTS)
-def test_temporary_guards_refuse(writer: Gated, table: str, action: str, promise: Promise) -> None:
+def test_guards_of_an_open_project_refuse(writer: Gated, table: str, action: str, promise: Promise) -> None:
     if action == "late" and table in NO_SEAL:
         pytest.skip("has no run that could be sealed")
     column = current_format().tables[table].names[-1]
@@ -70,6 +72,26 @@ def test_stored_guards_refuse_too(verified: Path, table: str, promise: Promise) 
         for statement in (f"DELETE FROM {table}", f"UPDATE {table} SET rowid = rowid"):
             with promise("F10").trial(statement), pytest.raises(sqlite3.IntegrityError, match="never"):
                 bare.execute(statement)
+
+
+@pytest.mark.parametrize("dropped", ["TRIGGER guard_photo_delete", "VIEW v_current"])
+def test_nothing_is_done_without_the_guards_and_views_that_were_compared(
+    full: Path, dropped: str, promise: Promise
+) -> None:
+    with open_project(full, "write") as project:
+        with closing(sqlite3.connect(full)) as stranger:
+            stranger.execute(f"DROP {dropped}")
+        with promise("F10").trial(f"read without {dropped}"), pytest.raises(Replaced, match="altered the schema"):
+            project.heads()
+        with promise("F10").trial(f"append without {dropped}"), pytest.raises(Replaced, match="altered the schema"):
+            project.append(new_run(project, "photo"))
+
+
+@pytest.mark.parametrize("statement", ["SELECT * FROM v_current", "INSERT INTO photo SELECT * FROM photo"])
+def test_nothing_of_the_file_runs_before_it_is_compared(full: Path, statement: str, promise: Promise) -> None:
+    refused = pytest.raises(sqlite3.DatabaseError, match=r"prohibited|not authorized|view|UNIQUE")  # not "sealed"
+    with closing(hardened(full, "write", Watch())) as connection, promise("S4").trial(statement), refused:
+        connection.execute(statement)
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orient.errors import NotInstalled
-from orient.intake.camera import frame_centre
+from orient.geometry.frame_centre import frame_centre
 from orient.report.language import tr, trn
 from orient.report.plots import PlotData
 from orient.report.text import CONTROL
