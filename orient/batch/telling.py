@@ -94,11 +94,12 @@ def _refused_before(plan: Plan) -> list[Ending]:
 
 
 def _counts(plan: Plan, tally: Tally) -> dict[str, int]:
+    """All but "computed" add up to the number of photos."""
     verdicts = Counter(str(ending.numbers.get("verdict")) for ending in tally.ended.values() if not ending.is_failed)
     computed = sum(bool(ending.numbers.get("n_computed")) for ending in tally.ended.values())
     return {
         **{verdict: verdicts[verdict] for verdict in VERDICTS},
-        "failed": len(tally.failed) + len(plan.refused),
+        "failed": len(tally.failed),
         "computed": computed,
         "done_before": len(plan.done),
         "refused_before": len(plan.refused),
