@@ -115,15 +115,17 @@ def _misfit(found: Resection) -> str:
 
 
 def _exchange(found: Resection, scene: Scene) -> tuple[Event, ...]:
-    """Would the control fit with two of its coordinates exchanged? Asked where it does not fit as it is.
+    """Would the control fit with two of its coordinates exchanged? Asked where it does not fit as it is, by so much
+    that the standard deviations given leave room for the gain.
 
     A mirrored photo (x with the wrong sign) or a wrong handedness is the same for the fit.
     """
-    does_not_fit = found.termination is not Termination.CONVERGED or fails_global_test(found, scene.sigma0_mm)
+    is_converged = found.termination is Termination.CONVERGED
+    does_not_fit = not is_converged or fails_global_test(found, scene.sigma0_mm)
     if 2 * len(scene.points) <= _unknowns(scene) or not does_not_fit:
         return ()
     before = _fit_as_given(found, scene)
-    if before is None:
+    if before is None or (is_converged and before <= EXCHANGE_GAIN * scene.sigma0_mm):
         return ()
     is_misplaced = found.termination in (Termination.BEHIND_CAMERA, Termination.BELOW_GROUND)
     for name, ground, up in _exchanged_grounds(scene):
