@@ -12,7 +12,7 @@ from benchmarks import batch, ground, page, projects, solving, starting, storing
 from benchmarks.measuring import Task, Timed, measure
 
 ROOT = Path(__file__).parents[1]
-SIZES = (100, 1000, 10_000, 30_000)
+SIZES = (100, 1000, 10_000, 100_000)
 
 
 def main() -> int:

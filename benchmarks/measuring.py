@@ -3,6 +3,7 @@
 import random
 import statistics
 import time
+import tracemalloc
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -37,11 +38,12 @@ class Task:
 
 @dataclass
 class Timed:
-    """Seconds of each candidate in each round, and how far their results are from the anchor's."""
+    """Seconds of each candidate in each round, how far their results are from the anchor's, and orient's memory."""
 
     task: Task
     seconds: dict[str, list[float]]
     apart: dict[str, float] = field(default_factory=dict)
+    peak_bytes: int = 0
 
     @property
     def anchor(self) -> str:
@@ -70,6 +72,8 @@ def measure(task: Task, rounds: int = 9, budget_s: float = 12.0) -> Timed:
         loops[name] = max(1, int(SHORTEST_S / max(time.perf_counter() - start, 1e-9)))
     timed = Timed(task, {name: [] for name in task.candidates})
     timed.apart = _apart(results, timed.anchor, task.tolerance)
+    if task.growth is not None:
+        timed.peak_bytes = _peak_bytes(task.candidates[OWN])
     order, shuffle = list(task.candidates), random.Random(1)
     for number in range(rounds):
         shuffle.shuffle(order)
@@ -78,6 +82,15 @@ def measure(task: Task, rounds: int = 9, budget_s: float = 12.0) -> Timed:
         if number >= 2 and time.perf_counter() - begin > budget_s:
             break
     return timed
+
+
+def _peak_bytes(call: Callable[[], Any]) -> int:
+    """The most that one call holds beyond its inputs."""
+    tracemalloc.start()
+    call()
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return peak
 
 
 def _seconds(task: Task, name: str, loops: int) -> float:

@@ -73,25 +73,33 @@ def _time(seconds: float) -> str:
     return f"{seconds / 1e-6:.3g} us"
 
 
-def _lines(done: Sequence[Timed]) -> dict[str, list[tuple[int, float]]]:
-    lines: dict[str, list[tuple[int, float]]] = {}
+def _lines(done: Sequence[Timed]) -> dict[str, list[tuple[int, float, int]]]:
+    """Size, seconds and bytes of each line of the growth plot."""
+    lines: dict[str, list[tuple[int, float, int]]] = {}
     for timed in done:
         if timed.task.growth is not None:
             line, size = timed.task.growth
-            lines.setdefault(line, []).append((size, timed.median(OWN)))
+            lines.setdefault(line, []).append((size, timed.median(OWN), timed.peak_bytes))
     return {line: sorted(points) for line, points in lines.items() if len(points) > 1}
 
 
 def _growth(done: Sequence[Timed]) -> str:
     """Exponents of the larger half of each line."""
     lines = ["## Growth", "", "![Time against the number of points](figures/growth.svg)", ""]
-    lines += ["time ~ n^p over the larger half of the sizes:", "", "| work | sizes | p |", "|---|---|---:|"]
+    lines += [
+        "time ~ n^p and memory ~ n^q over the larger half of the sizes; memory of one call beyond its inputs:",
+        "",
+    ]
+    lines += ["| work | sizes | p | q | memory at the end |", "|---|---|---:|---:|---:|"]
     for line, points in _lines(done).items():
-        sizes, seconds = zip(*points, strict=True)
-        p = exponent(sizes, seconds)
-        mark = "" if p <= LINEAR else " **more than linear**"
-        lines.append(f"| {line} | {sizes[0]} - {sizes[-1]} | {p:.2f}{mark} |")
+        sizes, seconds, peaks = zip(*points, strict=True)
+        p, q = _marked(exponent(sizes, seconds)), _marked(exponent(sizes, peaks))
+        lines.append(f"| {line} | {sizes[0]} - {sizes[-1]} | {p} | {q} | {peaks[-1] / 1e6:.3g} MB |")
     return "\n".join([*lines, "", ""])
+
+
+def _marked(power: float) -> str:
+    return f"{power:.2f}" + ("" if power <= LINEAR else " **more than linear**")
 
 
 def _whole_projects(memory: Sequence[tuple[int, float, float]]) -> str:
@@ -114,7 +122,7 @@ def _plot(done: Sequence[Timed], path: Path) -> None:
     figure = Figure(figsize=(7.5, 5.0), layout="constrained")
     axes = figure.add_subplot()
     for line, points in _lines(done).items():
-        sizes, seconds = zip(*points, strict=True)
+        sizes, seconds, _ = zip(*points, strict=True)
         axes.loglog(sizes, seconds, marker="o", markersize=3, label=line)
     axes.set_xlabel("points")
     axes.set_ylabel("time [s]")
