@@ -102,7 +102,7 @@ def select(
     if not message:
         raise UsageError("say why this version is selected", 'For example: -m "P7 was read on the wrong house"')
     if version == NONE:
-        show_withdrawn(withdraw(project, stage, message), stage)
+        show_withdrawn(withdraw(project, stage, message))
     else:
         show_selected(select_version(project, stage, version, message))
 

@@ -1,16 +1,18 @@
 """Arrays that are handed to the functions without a project, or one clear sentence why not."""
 
+from importlib.util import find_spec
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from orient.errors import UsageError
+from orient.errors import NotInstalled, UsageError
 
 Array = NDArray[np.float64]
 
 
 def array_of(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
     """Finite numbers of that shape."""
-    array = np.asarray(values, dtype=np.float64)
+    array = numbers(name, values)
     if array.shape != shape:
         raise UsageError(f"{name} has the shape {array.shape}", f"Give {name} {shape}.")
     require_finite(name, array)
@@ -19,13 +21,27 @@ def array_of(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
 
 def points_of(name: str, values: ArrayLike, width: int | None = None) -> Array:
     """(n, width) finite numbers, of any width without one."""
-    array = np.asarray(values, dtype=np.float64)
+    array = numbers(name, values)
     if array.ndim != 2 or array.shape[1] != (width or max(array.shape[1], 1)):
         raise UsageError(f"{name} has the shape {array.shape}", f"Give {name} (n, {width or 'c'}).")
     require_finite(name, array)
     return array
 
 
+def numbers(name: str, values: ArrayLike) -> Array:
+    """An array of numbers, of any shape."""
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise UsageError(f"{name} is no array of numbers: {error}", "Give rows of one length.") from None
+
+
 def require_finite(name: str, array: Array) -> None:
     if not np.isfinite(array).all():
         raise UsageError(f"{name} has numbers that are not finite", "Leave out points without coordinates.")
+
+
+def require_numba(compiled: bool | None) -> None:
+    """One clear sentence where what is asked for is not installed."""
+    if compiled and find_spec("numba") is None:
+        raise NotInstalled("compiled loops need", ["numba"], "fast", " or leave out compiled")

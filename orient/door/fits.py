@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from orient.door.arrays import array_of, points_of
+from orient.door.arrays import array_of, numbers, points_of, require_numba
 from orient.errors import UsageError
 from orient.solvers.ground_covariance import covariance_by_orientation
 from orient.solvers.lean_polynomial import LeanPolynomial, lean_polynomial
@@ -33,6 +33,7 @@ def similarity(
     p = None if weights is None else array_of("weights", weights, (len(x),))
     if p is not None and not np.all(p > 0):
         raise UsageError("weights are not all positive", "Leave out points that should not count.")
+    require_numba(compiled)
     return lean_similarity(x, P, p, compiled=compiled)
 
 
@@ -44,9 +45,9 @@ def polynomial(XY: ArrayLike, z: ArrayLike, degree: int) -> LeanPolynomial:
     """
     places, values = points_of("XY", XY, 2), points_of("z", z)
     _require_as_many("XY", places, "z", values)
-    if not 1 <= degree <= HIGHEST_DEGREE:
+    if degree not in range(1, HIGHEST_DEGREE + 1):
         raise UsageError(f"degree {degree} is not in 1 ... {HIGHEST_DEGREE}")
-    return lean_polynomial(places, values, degree)
+    return lean_polynomial(places, values, int(degree))
 
 
 def ground_covariances(
@@ -60,8 +61,8 @@ def ground_covariances(
     """
     P = points_of("ground", ground, 3)
     S, K = array_of("station", station, (3,)), array_of("covariance", covariance, (6, 6))
-    verticals = np.asarray(up, dtype=np.float64)
-    n = array_of("up", up, (3,) if verticals.ndim == 1 else P.shape)
+    n = array_of("up", up, (3,) if numbers("up", up).ndim == 1 else P.shape)
+    require_numba(compiled)
     return covariance_by_orientation(P, S, K, n, compiled=compiled)
 
 

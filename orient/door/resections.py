@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from orient.door.arrays import array_of, require_finite
+from orient.door.arrays import array_of, numbers, require_finite, require_numba
 from orient.errors import UsageError
 from orient.solvers.batch_iteration import BatchResection
 from orient.solvers.lean_resection import LeanResection, lean_resection
@@ -54,11 +54,12 @@ def resections(
     p = len(x)
     R = None if rotation is None else _rotations(rotation, (p, 3, 3))
     S = None if station is None else array_of("station", station, (p, 3))
+    require_numba(compiled)
     return resection_batch(x, P, _focal_lengths(f_mm, p), R, S, compiled=compiled)
 
 
 def _matched(image: ArrayLike, ground: ArrayLike, points: str) -> tuple[Array, Array]:
-    x, P = (np.asarray(values, dtype=np.float64) for values in (image, ground))
+    x, P = numbers("image", image), numbers("ground", ground)
     dimensions = points.count(",") + 2
     fits = x.ndim == P.ndim == dimensions and x.shape[:-1] == P.shape[:-1] and (x.shape[-1], P.shape[-1]) == (2, 3)
     if not fits:
@@ -74,7 +75,7 @@ def _matched(image: ArrayLike, ground: ArrayLike, points: str) -> tuple[Array, A
 def _rotations(values: ArrayLike, shape: tuple[int, ...]) -> Array:
     """Rough rotations: the nearest ones, because the iteration only turns what it is given."""
     R = array_of("rotation", values, shape)
-    apart = np.abs(R @ R.mT - np.eye(3)).max()
+    apart = np.abs(R @ R.mT - np.eye(3)).max(initial=0.0)
     if apart > ROUGHEST or np.any(np.linalg.det(R) < 0):
         raise UsageError("rotation is no rotation matrix", "Give image axes to right-handed ground axes, det = +1.")
     if apart < EXACT:
@@ -84,7 +85,7 @@ def _rotations(values: ArrayLike, shape: tuple[int, ...]) -> Array:
 
 
 def _focal_lengths(f_mm: ArrayLike, p: int) -> Array:
-    f = np.asarray(f_mm, dtype=np.float64)
+    f = numbers("f_mm", f_mm)
     if f.shape not in ((), (p,)) or not np.all((f > 0) & np.isfinite(f)):
         raise UsageError("f_mm is not a positive number", f"Give one focal length [mm], or {p}.")
     return np.broadcast_to(f, (p,))

@@ -118,22 +118,20 @@ def select_version(path: Path, stage: str, version: int, reason: str) -> RunInfo
         return project.select(stage, version, current_user(), reason)
 
 
-def withdraw(path: Path, name: str, reason: str) -> list[str]:
+def withdraw(path: Path, name: str, reason: str) -> list[RunInfo]:
     """Leave a list or a stage without a current version, and then every stage that cannot be computed any more.
 
     The withdrawn ones, in order. All versions stay and can be selected again.
     """
     with open_project(path, "write") as project:
-        left = dict(project.heads())
-        if name not in left:
-            raise UsageError(f"{name} has no current version", f"There are {', '.join(left)}.")
-        del left[name]
-        gone = [name]
-        for stage in STAGES:
-            if stage.name in left and stage.missing(set(left)):
-                del left[stage.name]
-                gone.append(stage.name)
-        project.withdraw(gone, current_user(), reason)
+        heads = project.heads()
+        if name not in heads:
+            raise UsageError(f"{name} has no current version", f"There are {', '.join(heads)}.")
+        left = dict(heads)
+        gone = [left.pop(name)]
+        gone += [left.pop(stage.name) for stage in STAGES if stage.name in left and stage.missing(set(left))]
+        expected = {stage: heads[stage].run_id if stage in heads else None for stage in (name, *BY_NAME)}
+        project.withdraw([run.stage for run in gone], current_user(), reason, expected)
     return gone
 
 

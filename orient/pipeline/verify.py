@@ -10,7 +10,7 @@ from pathlib import Path
 
 from orient.errors import OrientError, UsageError
 from orient.pipeline.agreement import Solved
-from orient.pipeline.registry import BY_NAME, EVIDENCE, Stage
+from orient.pipeline.registry import BY_NAME, EVIDENCE, REMEDY, Stage
 from orient.pipeline.runner import current_user, outcome_of
 from orient.pipeline.second_engine import solve_again
 from orient.pipeline.verify_compare import Comparison, Difference, compare, seal_row
@@ -108,9 +108,16 @@ def _recomputed(project: Project, run: RunInfo, stage: Stage) -> RunVerdict:
     outcome = outcome_of(stage, inputs, settings)
     because = _why_not_bits(run, stage)
     is_older = run.stage_version != stage.version
-    found = compare(stored, _as_stored(outcome), exact=not because, is_older=is_older)
+    found = compare(stored, _as_stored(_told_as_then(outcome, stored)), exact=not because, is_older=is_older)
     solved = _solved_again(run, inputs, settings, stored)
     return RunVerdict(run, "recomputed", because, found, solved.agreements, solved.left_out, remarks=solved.remarks)
+
+
+def _told_as_then(outcome: Outcome, stored: Tables) -> Outcome:
+    """Failures of before it was kept with them do not say what to do."""
+    if any(row["code"] == REMEDY for row in stored[EVENT_TABLE]):
+        return outcome
+    return replace(outcome, events=[event for event in outcome.events if event.code != REMEDY])
 
 
 def _as_stored(outcome: Outcome) -> Tables:

@@ -59,7 +59,7 @@ def fresh_heads(
     heads, path = project.heads(), project.path
     missing = [stage for stage in stages if stage not in heads]
     if missing:
-        failed = next((stage for stage in missing if project.runs(stage)), "")
+        failed = next((stage for stage in missing if last_failure(project.runs(stage))), "")
         hint = f"It failed: orient show {path} {failed}" if failed else how_to_get(missing, heads, str(path))
         raise UsageError(f"{what} needs {', '.join(missing)}", hint)
     read = [*stages, *(stage for stage in with_ if stage in heads)]
@@ -68,6 +68,11 @@ def fresh_heads(
         listed = ", ".join(stage for stage in read if stage in stale)
         raise OrientError(f"the results are out of date ({listed}); {otherwise}", f"Run: orient run {path}")
     return {stage: heads[stage] for stage in read}
+
+
+def last_failure(runs: "Sequence[RunInfo]") -> "RunInfo | None":
+    """The last of a stage's runs if it failed: told where no version is current. What was withdrawn is no failure."""
+    return next((run for run in runs[-1:] if run.status == "failed"), None)
 
 
 def _stale(project: "Project") -> set[str]:

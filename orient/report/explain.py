@@ -10,6 +10,7 @@ from orient.geometry.rotation import aok_from_matrix, rotation_exp
 from orient.pipeline.registry import ALL_STAGES, how_to_get
 from orient.pipeline.tables import Array
 from orient.pipeline.textbook import Page, page
+from orient.report.current import last_failure
 from orient.report.matrix import matrix_lines
 from orient.report.text import cell, console, print_json, print_table, printable
 from orient.solvers.textbook import Group, Step, as_printed, textbook_step
@@ -32,9 +33,9 @@ def explain(path: Path, stage: str, iteration: int, version: int | None, digits:
     with open_project(path, "read") as project, project.snapshot():
         run = project.run("resection", version) if version else project.heads().get("resection")
         if run is None:
-            last = project.runs("resection")[-1:]
+            failed = last_failure(project.runs("resection"))
             hint = how_to_get(["resection"], project.heads(), str(path))
-            hint = f"See a failed one: --version {last[0].version}" if last else hint
+            hint = f"See a failed one: --version {failed.version}" if failed else hint
             raise UsageError("resection has no current version", hint)
         inputs = {role: project.read_tables(run_id) for role, run_id in run.inputs.items()}
         stored = project.read_tables(run.run_id)

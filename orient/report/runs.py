@@ -47,10 +47,12 @@ def show_selected(run: "RunInfo") -> None:
     console().print(f"{run.stage}: version {run.version} is current now; what read another version is stale.")
 
 
-def show_withdrawn(gone: Sequence[str], asked: str) -> None:
+def show_withdrawn(gone: Sequence["RunInfo"]) -> None:
     """What is left without a current version, and how to have it back."""
-    rest = f", nor have {', '.join(gone[1:])}, which need it" if gone[1:] else ""
-    console().print(f"{asked} has no current version now{rest}. All versions are kept: orient select PROJECT {asked} 1")
+    asked, *others = gone
+    rest = f", nor have {', '.join(run.stage for run in others)}, which need it" if others else ""
+    back = f"orient select PROJECT {asked.stage} {asked.version}"
+    console().print(f"{asked.stage} has no current version now{rest}. All versions are kept: {back}", soft_wrap=True)
 
 
 def show_result(result: "Result", project: Path) -> None:

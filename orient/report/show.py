@@ -1,6 +1,6 @@
 """`show STAGE`: findings first, then the numbers, for a person; or everything as JSON."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -9,6 +9,7 @@ from orient.pipeline.registry import ABOUT_RUNS, ALL_STAGES, EVIDENCE, FINAL_STA
 from orient.report.absolute import absolute_lines, absolute_tables, absolute_zones
 from orient.report.budget import budget_lines, budget_tables
 from orient.report.covariance import covariance_lines, covariance_tables
+from orient.report.current import last_failure
 from orient.report.findings import as_json as findings_as_json
 from orient.report.findings import findings, later_failures, print_findings, remedy_of
 from orient.report.orientation import Shown, iteration_table, orientation_lines, orientation_tables
@@ -34,7 +35,7 @@ def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bo
         stage = stage or _final_stage(project)
         run = project.run(stage, version) if version else project.heads().get(stage) or _last(project, stage)
         if run is None:
-            raise UsageError(f"{stage} has no current version", _remedy(stage, path, project.heads()))
+            raise UsageError(f"{stage} has no current version", _remedy(stage, path, project))
         tables = project.read_columns(run.run_id, () if as_json else NOT_SHOWN)
         events = project.events(run.run_id)
         verdict = next((row for row in known_verdicts(project) if _is_about(row, run)), None)
@@ -96,16 +97,20 @@ def _why_stale(project: Project, run: RunInfo) -> str:
 
 
 def _last(project: Project, stage: str) -> RunInfo | None:
-    """The last run of a stage that never succeeded."""
-    return next(iter(project.runs(stage)[-1:]), None)
+    """The last run of a stage without a current version: one that failed, or one about other runs."""
+    runs = project.runs(stage)
+    return next(iter(runs[-1:]), None) if stage in ABOUT_RUNS else last_failure(runs)
 
 
-def _remedy(stage: str, path: Path, available: Collection[str]) -> str:
+def _remedy(stage: str, path: Path, project: Project) -> str:
+    if runs := project.runs(stage):
+        last = runs[-1].version
+        return f"It was withdrawn. See it: --version {last}; have it back: orient select {path} {stage} {last} -m why"
     if stage == EVIDENCE:
         return f"Run: orient verify {path}"
     if stage in (IMAGE, MANIFEST):
         return f"Run: orient seal {path} -o SEALED --image FILE"
-    return how_to_get([stage], available, str(path))
+    return how_to_get([stage], project.heads(), str(path))
 
 
 def _print_head(run: RunInfo, remedy: str) -> None:

@@ -165,6 +165,8 @@ class _Equations:
 def _by_normals(equations: _Equations) -> tuple[FloatArray, FloatArray, FloatArray] | None:
     """R^-1, c and v'v; None where D'D is not to be trusted."""
     N, g = equations.normals()
+    if not np.all(np.diag(N) > 0.0):  # all points on an axis
+        return None
     scales = 1.0 / np.sqrt(np.diag(N))
     try:
         L = np.linalg.cholesky(N * scales * scales[:, None])

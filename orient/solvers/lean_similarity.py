@@ -14,15 +14,13 @@ from orient.errors import GeometryError
 from orient.geometry.rotation import rotation_exp
 from orient.solvers.absolute_orientation import origin_by_centre
 from orient.solvers.absolute_problem import Similarity
+from orient.solvers.absolute_search import FAR_BETTER, FIT_SHARE
 
 FloatArray = NDArray[np.float64]
 
 POINTS_AT_ONCE = 8192
 ON_LINE = 1e-7
 """Width to length of the points below which they are one line: the model can turn about it."""
-FAR_BETTER = 100.0
-FIT_SHARE = 1e-6
-"""As in `absolute_search`: when the mirrored model is the better one, and misclosures that are not worth judging."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,12 +64,17 @@ def lean_similarity(
     `model` (n, 3) in its own unit, `ground` (n, 3) [m], both right-handed; `weights` p (n,) = sigma0^2/sigma^2, 1
     without. N is diagonal about the centres but for r: q = R x/H, N_r = sum p (|q|^2 I - q q'), N_lnH = sum p |q|^2,
     N_C = sum p. `compiled`: sums by numba (extra `orient[fast]`), the same to 1e-9. Refuses (GeometryError) points on
-    a line. Sources: Horn (1987), Umeyama (1991); H as in seed 000 (2).
+    a line, in the model or on the ground. Sources: Horn (1987), Umeyama (1991); H as in seed 000 (2).
     """
     scene = (_CompiledScene if compiled else _Scene)(model, ground, weights)
     xx, xP, PP = scene.products()
-    _refuse_line(xx)
+    width = _width(xx)
     U, d, Vt = np.linalg.svd(xP)
+    if not d[1] > ON_LINE * width * d[0]:  # the widths of both, as shares of their lengths, are factors of d[1]/d[0]
+        raise GeometryError(
+            "The ground points lie on one line or in one place, or have nothing to do with the model.",
+            "Give the coordinates of the same points in the same order.",
+        )
     signs = np.array([1.0, 1.0, 1.0 if np.linalg.det(U @ Vt) > 0 else -1.0])
     start = Similarity(np.asarray((Vt.T * signs) @ U.T), float(np.trace(xx) / (d @ signs)), np.zeros(3))
     N_r, N_scale = _normals(start, xx)
@@ -95,12 +98,14 @@ def lean_similarity(
     )
 
 
-def _refuse_line(xx: FloatArray) -> None:
+def _width(xx: FloatArray) -> float:
+    """Width of the model, as a share of its length."""
     lengths = np.sqrt(np.maximum(np.linalg.eigvalsh(xx), 0.0))
     if not lengths[1] > ON_LINE * lengths[2]:
         raise GeometryError(
             "The points lie on one line or in one place: the model can turn about it.", "Give a point off the line."
         )
+    return float(lengths[1] / lengths[2])
 
 
 def _normals(state: Similarity, xx: FloatArray) -> tuple[FloatArray, float]:

@@ -65,13 +65,13 @@ def _vertical(image: FloatArray, ground: FloatArray, f: FloatArray) -> tuple[Flo
     with np.errstate(all="ignore"):
         a = np.vecdot(g, q) / np.vecdot(g, g).real
         scale = np.abs(a)
-        turn, plan = a / scale, g_mean - q_mean / a
+        turn, plan, height = a / scale, g_mean - q_mean / a, f / scale
     R, S = np.zeros((len(image), 3, 3)), np.empty((len(image), 3))
     R[:, 0, 0] = R[:, 1, 1] = turn.real
     R[:, 0, 1], R[:, 1, 0] = turn.imag, -turn.imag
     R[:, 2, 2] = 1.0
     S[:, 0], S[:, 1] = plan.real, plan.imag
-    S[:, 2] = np.add.reduce(ground[:, :, 2], axis=1) / ground.shape[1] + f / scale
+    S[:, 2] = np.add.reduce(ground[:, :, 2], axis=1) / ground.shape[1] + height
     return R, S
 
 
@@ -90,7 +90,11 @@ def _misfits(result: BatchResection, image: FloatArray) -> BoolArray:
 
 def _retry(result: BatchResection, at: slice, photo: Photos, solve: Solver, max_iterations: int) -> None:
     """Fill one photo of the result with the best end of its own starts."""
-    candidates = start_candidates(photo.image[0], photo.ground[0], float(photo.f[0]))[:STARTS_TRIED]
+    try:
+        with np.errstate(all="ignore"):
+            candidates = start_candidates(photo.image[0], photo.ground[0], float(photo.f[0]))[:STARTS_TRIED]
+    except np.linalg.LinAlgError:  # all points in one place
+        return
     starts = [replace(photo, rotation=one.rotation[None], station=one.station[None]) for one in candidates]
     valid = [end for end in (solve(start, max_iterations) for start in starts) if end.converged[0]]
     if valid:

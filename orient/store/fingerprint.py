@@ -1,5 +1,6 @@
 """The gate: the schema text in the file must equal, byte for byte, the text that this program writes."""
 
+from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -20,8 +21,8 @@ NAMED = 3
 def schema_objects(connection: Connection) -> list[SchemaObject]:
     """Rows of sqlite_schema in the order of type and name; statistics tables are not looked at."""
     query = (
-        "SELECT type, name, tbl_name, sql FROM main.sqlite_schema WHERE name NOT LIKE 'sqlite_stat_' "
-        "ORDER BY type, name, tbl_name, sql"
+        "SELECT type, name, tbl_name, sql FROM main.sqlite_schema "
+        "WHERE NOT (type = 'table' AND name LIKE 'sqlite_stat_') ORDER BY type, name, tbl_name, sql"
     )
     return driver_of(connection).execute(query).fetchall()
 
@@ -43,7 +44,8 @@ def check_fingerprint(connection: Connection, form: Format, path: Path) -> None:
 
 def compare_objects(are: Iterable[SchemaObject], should_be: Iterable[SchemaObject], path: Path) -> None:
     """Refuse what is not as it should be, text by text."""
-    found = {(kind, name): (table, sql) for kind, name, table, sql in are}
+    objects = [((kind, name), (table, sql)) for kind, name, table, sql in are]
+    found = dict(objects)
     expected = {(kind, name): (table, sql) for kind, name, table, sql in should_be}
     if extra := sorted(found.keys() - expected.keys(), key=str):
         raise _foreign(path, _named(extra))
@@ -51,6 +53,8 @@ def compare_objects(are: Iterable[SchemaObject], should_be: Iterable[SchemaObjec
         raise ProjectError(f"{path}: objects are missing: {_named(missing)}.", "Use a backup.")
     if other := [key for key in expected if expected[key] != found[key]]:
         raise ProjectError(f"{path}: the schema differs in {_named(other)}.", ALTERED)
+    if twice := [key for key, times in Counter(key for key, _ in objects).items() if times > 1]:
+        raise _foreign(path, f"{_named(twice)} more than once")
 
 
 def _foreign(path: Path, what: str) -> ProjectError:

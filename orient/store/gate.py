@@ -36,11 +36,17 @@ class Gated:
         """A transaction in which the views and guards that run are those that were compared."""
         self.connection.execution_options(immediate=immediate)
         transaction = self.connection.begin()
+        try:
+            self._require_same_schema()
+        except BaseException:
+            transaction.rollback()  # who comes next would take it for one that was looked at
+            raise
+        return transaction
+
+    def _require_same_schema(self) -> None:
         if schema_version_of(self.connection) != self.schema_version:
-            transaction.rollback()
             message = f"{self.path}: another program altered the schema meanwhile."
             raise Replaced(message, "Nothing was stored. Run it again.")
-        return transaction
 
     def close(self) -> None:
         OPEN_FILES[self.file] -= 1

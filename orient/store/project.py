@@ -210,11 +210,14 @@ class Project:
         self._write(lambda connection: ledger.select(connection, stage, run.run_id, actor, reason), self._is_selected)
         return run
 
-    def withdraw(self, stages: Sequence[str], actor: str, reason: str) -> None:
+    def withdraw(
+        self, stages: Sequence[str], actor: str, reason: str, expected_heads: Mapping[str, int | None]
+    ) -> None:
         """Leave the stages without a current version, all or none of them. Their versions stay."""
         from orient.store import ledger
 
         def work(connection: Connection) -> str:
+            ledger.check_heads(connection, expected_heads)
             return [ledger.select(connection, stage, None, actor, reason) for stage in stages][-1]
 
         self._write(work, self._is_selected)

@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from orient.report.html.evidence import gather
 from orient.store.check import check_project
+from orient.store.errors import ChangedMeanwhile
 from orient.store.project import RunInfo, open_project
 from orient.values import Tables
 from tests.cli.commands import AERIAL, ROOT, SPACE, Said, orient
@@ -243,12 +245,27 @@ def test_what_needs_a_withdrawn_list_has_no_result_and_comes_back_with_it(aerial
     before = heads(aerial)
     said = orient("select", aerial, "control", "none", "-m", "points of another survey")
     assert "nor have bl, topocentric, resection, covariance, which need it" in said.out
+    assert "orient select PROJECT control 1" in said.out
     assert list(heads(aerial)) == ["photo", "readings", "refine"]
+    shown = orient("show", aerial, "resection")
+    assert (shown.code, shown.out) == (2, "")
+    assert "It was withdrawn. See it: --version 1; have it back: orient select" in shown.err
+    assert "sigma0" in orient("show", aerial, "resection", "--version", 1).out
+    assert "It failed" not in orient("export", aerial, "opk", "-o", aerial.with_suffix(".csv")).err
+    with open_project(aerial) as project, project.snapshot():
+        assert list(gather(project).runs) == ["photo", "readings", "refine"]
     waiting = orient("run", aerial)
     assert waiting.code == 0
     assert waiting.out.splitlines()[-1] == "Not oriented yet: bl waits for control or digitize."
     assert orient("select", aerial, "control", 1, "-m", "they were right").code == 0
     assert orient("run", aerial).code == 0
+    assert heads(aerial) == before
+
+
+def test_nothing_is_withdrawn_that_was_changed_meanwhile(aerial: Path) -> None:
+    before = heads(aerial)
+    with open_project(aerial, "write") as project, pytest.raises(ChangedMeanwhile, match="resection was changed"):
+        project.withdraw(["control"], "somebody", "a race", {"control": before["control"].run_id, "resection": None})
     assert heads(aerial) == before
 
 

@@ -40,6 +40,9 @@ BAD: dict[str, tuple[Callable[[], Any], str]] = {
     "weights": (lambda: orient.similarity(S.model, S.ground, np.zeros(9)), "weights are not all positive"),
     "weights shape": (lambda: orient.similarity(S.model, S.ground, np.ones(3)), "weights has the shape"),
     "not finite": (lambda: orient.similarity(S.model * np.nan, S.ground), "model has numbers that are not finite"),
+    "no numbers": (lambda: orient.similarity([["a"] * 3] * 9, S.ground), "model is no array of numbers"),
+    "ragged": (lambda: orient.ground_covariances([[1.0], [1.0, 2.0]], [0, 0, 9], np.eye(6)), "ground is no array"),
+    "half a degree": (lambda: orient.polynomial(XY, XY, 1.5), "degree 1.5 is not in"),  # type: ignore[arg-type]
     "degree": (lambda: orient.polynomial(XY, XY, 0), "degree 0 is not in"),
     "one column": (lambda: orient.polynomial(XY, XY[:, 0], 1), "z has the shape"),
     "no column": (lambda: orient.polynomial(XY, XY[:, :0], 1), "z has the shape"),
@@ -53,3 +56,19 @@ def test_bad_arrays_get_one_sentence(name: str) -> None:
     call, said = BAD[name]
     with pytest.raises(orient.UsageError, match=said):
         call()
+
+
+@pytest.mark.parametrize("ground", [np.full((9, 3), 6e6 + 0.1), np.outer(np.arange(9), [1, 2, 3]) + 6e6])
+def test_ground_points_on_a_line_or_in_one_place_are_refused(ground: np.ndarray[Any, Any]) -> None:
+    with pytest.raises(orient.GeometryError, match="ground points lie on one line or in one place"):
+        orient.similarity(S.model, ground)
+
+
+def test_what_is_compiled_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("orient.door.arrays.find_spec", lambda name: None)
+    for call in (
+        lambda: orient.similarity(S.model, S.ground, compiled=True),
+        lambda: orient.ground_covariances(S.ground, [0, 0, 9e3], np.eye(6), compiled=True),
+    ):
+        with pytest.raises(orient.UsageError, match="compiled loops need numba"):
+            call()

@@ -33,6 +33,18 @@ def test_a_rounded_rotation_is_made_one() -> None:
         assert np.abs(R @ R.T - np.eye(3)).max() < 1e-14
 
 
+def test_photos_whose_points_are_all_in_one_place_do_not_stop_the_others() -> None:
+    image, ground = np.stack([IMAGE] * 4), np.stack([S.ground] * 4)
+    ground[1] = ground[1, 0]
+    image[2] = image[2, 0]
+    assert orient.resections(image, ground, S.f_mm).converged.tolist() == [True, False, False, True]
+
+
+def test_no_photos_have_no_orientations() -> None:
+    none = orient.resections(np.empty((0, 5, 2)), np.empty((0, 5, 3)), 150.0, np.empty((0, 3, 3)), np.empty((0, 3)))
+    assert len(none.station) == 0
+
+
 BAD: dict[str, tuple[dict[str, Any], str]] = {
     "shapes": ({"image": IMAGE[:5]}, "image has the shape"),
     "too few": ({"image": IMAGE[:2], "ground": S.ground[:2]}, "2 points do not determine"),

@@ -115,10 +115,19 @@ def test_a_failed_run_fails_again_in_the_same_way(aerial: Path) -> None:
     first_two = {**control, "control_point": control["control_point"][:2]}
     add_input(aerial, InputTables("control", first_two), "too few")
     assert run_stale(aerial, {}, "test", lambda stage: None, lambda result: None)[4].failed
-    done = verify_project(aerial, Request())
-    assert done.holds
-    failed = [verdict for verdict in done.verdicts if verdict.run.status == "failed"]
-    assert [(verdict.run.stage, verdict.verdict) for verdict in failed] == [("resection", "identical")]
+    for _ in range(2):
+        done = verify_project(aerial, ONLY_LOOK)
+        assert done.holds
+        failed = [verdict for verdict in done.verdicts if verdict.run.status == "failed"]
+        assert [(verdict.run.stage, verdict.verdict) for verdict in failed] == [("resection", "identical")]
+        forge(aerial, _without_remedy)
+
+
+def _without_remedy(bare: sqlite3.Connection) -> None:
+    """As failures were kept at first."""
+    told = "SELECT run_id FROM run_event WHERE code = 'remedy'"
+    bare.execute(f"UPDATE run_seal SET row_count = row_count - 1 WHERE run_id IN ({told})")
+    bare.execute("DELETE FROM run_event WHERE code = 'remedy'")
 
 
 # ---------------------------------------------------------------------------------------------- evidence

@@ -81,6 +81,7 @@ def test_a_narrow_strip_is_not_badly_conditioned(monkeypatch: pytest.MonkeyPatch
 
 
 CURVES = {
+    "an axis, degree 1": (np.arange(20.0)[:, None] * [1.0, 0.0], 1),
     "a line, degree 1": (np.arange(20.0)[:, None] * [1.0, 2.0], 1),
     "two rows, degree 2": (np.array([[x, y] for x in range(9) for y in (0.0, 1.0)]), 2),
     "a circle, degree 2": (np.array([[np.cos(t), np.sin(t)] for t in np.arange(15.0)]), 2),

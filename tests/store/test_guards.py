@@ -8,12 +8,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from sqlalchemy import REAL
+from sqlalchemy import REAL, Connection
 from sqlalchemy.exc import DBAPIError, IntegrityError
 
 from orient.models import Base
+from orient.store import gate
 from orient.store.connection import hardened
-from orient.store.errors import OurFault, Replaced
+from orient.store.errors import OurFault, Replaced, StorageError
 from orient.store.format import current_format
 from orient.store.gate import Gated, pass_gate
 from orient.store.preflight import preflight
@@ -85,6 +86,24 @@ def test_nothing_is_done_without_the_guards_and_views_that_were_compared(
             project.heads()
         with promise("F10").trial(f"append without {dropped}"), pytest.raises(Replaced, match="altered the schema"):
             project.append(new_run(project, "photo"))
+
+
+def test_a_look_at_the_schema_that_fails_leaves_no_transaction_open(
+    full: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else the next reader would go on in it without looking."""
+
+    def fail(connection: Connection) -> int:
+        raise StorageError("the disk cannot be read")
+
+    with open_project(full) as project:
+        with monkeypatch.context() as patch, pytest.raises(StorageError):
+            patch.setattr(gate, "schema_version_of", fail)
+            project.heads()
+        with closing(sqlite3.connect(full)) as stranger:
+            stranger.execute("DROP VIEW v_current")
+        with pytest.raises(Replaced, match="altered the schema"):
+            project.heads()
 
 
 @pytest.mark.parametrize("statement", ["SELECT * FROM v_current", "INSERT INTO photo SELECT * FROM photo"])

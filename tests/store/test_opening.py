@@ -51,6 +51,12 @@ def schema(old: str, new: str, table: str) -> Damage:
     return sql("PRAGMA writable_schema = ON", change)
 
 
+def added(kind: str, name: str, table: str, text: str) -> Damage:
+    """A row of the schema table that SQLite itself would not write."""
+    row = f"INSERT INTO sqlite_schema VALUES ('{kind}', '{name}', '{table}', 0, 'CREATE {text}')"
+    return sql("PRAGMA writable_schema = ON", row, "PRAGMA schema_version = 9999")
+
+
 def unguarded(*statements: str) -> Damage:
     """A change of rows that puts the guards back exactly as they were."""
 
@@ -137,6 +143,23 @@ REFUSED: dict[str, tuple[Damage, str]] = {
     "D22 deleting trigger": (
         sql("CREATE TRIGGER t AFTER INSERT ON stage_run BEGIN DELETE FROM photo; END"),
         "never makes: trigger 't'",
+    ),
+    "D22 trigger named as statistics": (
+        added("trigger", "sqlite_stat1", "photo", "TRIGGER sqlite_stat1 AFTER INSERT ON photo BEGIN SELECT 1; END"),
+        "never makes: trigger 'sqlite_stat1'",
+    ),
+    "D22 view named as statistics": (
+        added("view", "sqlite_stat1", "sqlite_stat1", "VIEW sqlite_stat1 AS SELECT 1 AS tbl, 2 AS idx, 3 AS stat"),
+        "never makes: view 'sqlite_stat1'",
+    ),
+    "D22 guard twice": (
+        added(
+            "trigger",
+            "guard_photo_delete",
+            "photo",
+            "TRIGGER IF NOT EXISTS guard_photo_delete BEFORE DELETE ON photo BEGIN SELECT 1; END",
+        ),
+        "never makes: trigger 'guard_photo_delete' more than once",
     ),
     "D22 index": (sql("CREATE INDEX extra ON photo (name)"), "never makes: index 'extra'"),
     "D22 virtual table": (sql("CREATE VIRTUAL TABLE extra USING fts5 (a)"), "never makes"),

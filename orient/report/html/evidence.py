@@ -4,6 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from orient.pipeline.registry import ALL_STAGES, FINAL_STAGES, IMAGE
+from orient.pipeline.registry import BY_NAME as COMPUTED
+from orient.report.current import last_failure
 from orient.report.findings import Finding, Verdict, findings, grave_first
 from orient.report.html.blocks import Figure
 from orient.report.html.inline_svg import inline
@@ -79,7 +81,7 @@ def _runs_of_result(heads: Mapping[str, RunInfo], every: Sequence[RunInfo]) -> d
     by_id = {run.run_id: run for run in every}
     chosen: dict[str, RunInfo] = {}
     for stage in FINAL_STAGES:
-        _take(heads.get(stage) or _last(every, stage), by_id, chosen)
+        _take(heads.get(stage) or _failed(stage, heads, every), by_id, chosen)
     for stage in (*reversed(ALL_STAGES), IMAGE):
         head = heads.get(stage)
         if head is None or any(chosen.get(by_id[i].stage, by_id[i]).run_id != i for i in head.inputs.values()):
@@ -99,5 +101,7 @@ def _take(run: RunInfo | None, by_id: Mapping[int, RunInfo], chosen: dict[str, R
         waiting += [by_id[input_id] for input_id in run.inputs.values()]
 
 
-def _last(every: Sequence[RunInfo], stage: str) -> RunInfo | None:
-    return next((run for run in reversed(every) if run.stage == stage), None)
+def _failed(stage: str, heads: Mapping[str, RunInfo], every: Sequence[RunInfo]) -> RunInfo | None:
+    """The last run of a stage that can still be computed, if it failed."""
+    is_waiting = COMPUTED[stage].missing(set(heads))
+    return None if is_waiting else last_failure([run for run in every if run.stage == stage])
