@@ -42,7 +42,7 @@ class BatchResection:
     """Orientations of p photos: R (p, 3, 3), S (p, 3), cofactors Q (p, 6, 6) of (r, S) with R_new = exp([r]x) R.
 
     `vPv` (p,) [mm^2]; `iterations` (p,); `converged` (p,): False where no start led to an end with all points in
-    front: such a photo has NaN, and `resect` says why.
+    front: Q and v'Pv of such a photo are NaN, R and S mean nothing, and `resect` says why.
     """
 
     rotation: FloatArray

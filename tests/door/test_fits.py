@@ -48,6 +48,9 @@ BAD: dict[str, tuple[Callable[[], Any], str]] = {
     "no column": (lambda: orient.polynomial(XY, XY[:, :0], 1), "z has the shape"),
     "covariance": (lambda: orient.ground_covariances(S.ground, [0, 0, 9], np.eye(3)), "covariance has the shape"),
     "up": (lambda: orient.ground_covariances(S.ground, [0, 0, 9], np.eye(6), [[0, 0, 1]]), "up has the shape"),
+    "no up": (lambda: orient.ground_covariances(S.ground, [0, 0, 9], np.eye(6), [0, 0, 0]), "up has no direction"),
+    "negative": (lambda: orient.ground_covariances(S.ground, [0, 0, 9], -np.eye(6)), "no covariance matrix"),
+    "triangle": (lambda: orient.ground_covariances(S.ground, [0, 0, 9], np.tri(6)), "no covariance matrix"),
 }
 
 
