@@ -21,6 +21,8 @@ from typing import Any
 
 from tests.faults.privilege import without_privilege
 
+DEPTH = 10_000
+
 
 def serve() -> None:
     import_everything()
@@ -115,8 +117,18 @@ def set_patience(seconds: list[float]) -> None:
     connection.BUSY_TIMEOUT_S, project.COMMIT_PATIENCE_S = seconds
 
 
+def grow_stack() -> None:
+    """Nested calls in C, some megabytes of them; what a stack has once been given stays."""
+    usual = sys.getrecursionlimit()
+    sys.setrecursionlimit(DEPTH + usual)
+    json.loads("[" * DEPTH + "]" * DEPTH)
+    sys.setrecursionlimit(usual)
+
+
 def limit_memory(more_bytes: int) -> None:
-    """What the server has freed is given back first: the command could live on it."""
+    """What the server has freed is given back first: the command could live on it. The stack is as large as it becomes:
+    no program survives a stack that cannot grow."""
+    grow_stack()
     ctypes.CDLL(None).malloc_trim(0)
     pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
     size = pages * resource.getpagesize() + more_bytes
