@@ -28,6 +28,13 @@ def listen() -> None:
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # `orient show ... | head` ends quietly, as other programs do
     for number in STOP_SIGNALS:
         signal.signal(number, _stop)
+    sys.unraisablehook = _unraised
+
+
+def _unraised(told: "sys.UnraisableHookArgs") -> None:
+    """A stop that arrived where nothing can be raised (Python clears up): the command is stopped at its next step."""
+    if not isinstance(told.exc_value, _Stopped):
+        sys.__unraisablehook__(told)
 
 
 def _stop(number: int, frame: FrameType | None) -> None:
@@ -47,11 +54,18 @@ def no_more_signals() -> None:
 
 
 def exit_code(command: Callable[[], object]) -> int:
-    """Run the command; 0, or what its error means, said on standard error."""
+    """Run the command; 0, or what its error means, said on standard error. From its end on no signal is heard."""
+    try:
+        code = _code_of(command)
+        no_more_signals()
+    except _Stopped:
+        code = _say_stopped()
+    return code
+
+
+def _code_of(command: Callable[[], object]) -> int:
     try:
         command()
-    except _Stopped:
-        return _say_stopped()
     except OrientError as error:
         if _stopped_by:
             return _say_stopped()

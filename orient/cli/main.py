@@ -8,7 +8,7 @@ from importlib import import_module
 
 import typer
 
-from orient.cli.ending import exit_code, listen, no_more_signals
+from orient.cli.ending import exit_code, listen
 
 COMPLETING, ONE_LINE = "_ORIENT_COMPLETE", "10000"
 APP_HELP = """Orient one frame photograph from measured image points and a map, and keep the whole proof in one file.
@@ -73,15 +73,18 @@ def command_line(groups: Iterable[str] = GROUPS) -> typer.Typer:
 
 def run() -> None:
     """Entry point: run the command, end with the exit code of what happened."""
+    code = exit_code(_command)
+    gc.freeze()  # or the interpreter looks through all that was loaded once more before it ends
+    sys.exit(code)
+
+
+def _command() -> None:
     listen()
     if sys.stdout is None:  # closed by the caller: `orient run P >&-`
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115  (for the life of the process)
     if COMPLETING in os.environ:
         os.environ["TERMINAL_WIDTH"] = ONE_LINE  # a name offered to the shell and what it means are one line
-    code = exit_code(lambda: _called(sys.argv[1:2])())
-    no_more_signals()
-    gc.freeze()  # or the interpreter looks through all that was loaded once more before it ends
-    sys.exit(code)
+    _called(sys.argv[1:2])()
 
 
 def _called(words: list[str]) -> typer.Typer:

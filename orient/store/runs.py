@@ -96,7 +96,7 @@ def _inputs(connection: Connection, run_ids: Sequence[int]) -> dict[int, dict[st
 def settings_from_json(text: str, run_id: int) -> dict[str, str | int | float | bool | None]:
     try:
         settings = json.loads(text)
-    except (ValueError, RecursionError):
+    except (ValueError, TypeError, RecursionError):  # a damaged page gives a value of another type
         settings = None
     if not isinstance(settings, dict) or len(text) > 2**20:
         raise ProjectError(f"settings of run {run_id} are not valid.", "Check the project with: orient check")

@@ -31,13 +31,14 @@ CHECK_S, OPEN_S, CHECK_BYTES = 60.0, 1.0, 400 * 2**20
 POINTS, GROWTH_BYTES = (5_000, 20_000), 1.5e6
 ORIENT = "from orient.cli.main import run; run()"
 MEASURED = """
-import json, resource, sys
+import json, re, resource, sys
 from orient.cli.main import run
 try:
     run()
 finally:
     used = resource.getrusage(resource.RUSAGE_SELF)
-    print(json.dumps([used.ru_utime + used.ru_stime, used.ru_maxrss * 1024]))
+    peak = re.search(r"VmHWM:\\s*(\\d+)", open("/proc/self/status").read())  # ru_maxrss may be that of the parent
+    print(json.dumps([used.ru_utime + used.ru_stime, int(peak[1]) * 1024]))
 """
 
 
@@ -76,6 +77,7 @@ def test_check_of_500_megabytes(tmp_path: Path, promise: Promise) -> None:
         assert opened < OPEN_S
         assert seconds < CHECK_S
     kept.largest("s of check", seconds)
+    kept.largest("s on the clock", wall)
     with promise("L3").trial(f"check used {memory / 2**20:.0f} MB"):
         assert memory < CHECK_BYTES
     promise("L3").largest("MB of check", memory / 2**20)

@@ -14,6 +14,7 @@ from orient.errors import OrientError, ProjectError, UsageError
 from orient.store import ledger, watch
 from orient.store.errors import Locked, OurFault, ReadOnly, Stopped, StorageError
 from orient.store.project import Project, create_project, open_project
+from orient.store.runs import settings_from_json
 from orient.store.stage_tables import STAGE_TABLES
 from orient.values import Event, Outcome
 from tests.promises import Promise
@@ -355,3 +356,9 @@ def test_a_closed_project_is_closed(full: Path) -> None:
         pass
     with pytest.raises(OurFault, match="closed"):
         project.heads()
+
+
+@pytest.mark.parametrize("text", ["{", "[1]", "null", 2.5, None, b"{}\xff", "[" * 20_000], ids=str)
+def test_settings_that_a_damaged_page_gives_are_named(text: object) -> None:
+    with pytest.raises(ProjectError, match="settings of run 3 are not valid"):
+        settings_from_json(text, 3)  # type: ignore[arg-type]
