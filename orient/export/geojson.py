@@ -38,7 +38,7 @@ def _pieces(head: Mapping[str, object], layers: list[Layer]) -> Iterator[bytes]:
     yield (_text(head)[:-1] + ', "features": [').encode("utf-8")
     opening = "\n"
     for layer in layers:
-        for shape, values in zip(layer.shapes, layer.values, strict=True):
+        for shape, values in layer.features():
             yield (opening + _text(_feature(layer, shape, values))).encode("utf-8")
             opening = ",\n"
     yield b"\n]}\n"

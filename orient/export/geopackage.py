@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from orient.errors import NotInstalled
 from orient.export import Format, Made, Options
 from orient.export.elements import covariance_rows
 from orient.export.layer_fields import COVARIANCE_FIELDS, STYLE_FIELDS, Field
-from orient.export.layers import Layer, map_layers
+from orient.export.layers import Feature, Layer, map_layers
 from orient.export.map_system import MapSystem, map_system
 from orient.export.solved import Solved, ground_frame, project_axes, provenance, read_solved
 from orient.export.styles import style_rows
@@ -28,6 +29,8 @@ UNDEFINED_CARTESIAN = -1
 """srs_id of the standard for Cartesian coordinates without a reference system."""
 PIECE = 1 << 20
 SECONDS = len("2026-01-01T00:00:00")
+PAGE = 10_000
+"""Features that are in memory at a time."""
 GEOMETRY = "geom"
 VERSION = "1.2"
 """Nothing of a later version of the standard is used, and older programs read this one without a warning."""
@@ -79,13 +82,26 @@ def _write(file: Path, solved: Solved, system: MapSystem, layers: Sequence[Layer
 
 
 def _write_layer(file: Path, layer: Layer, system: MapSystem, about: dict[str, str]) -> None:
-    from pyogrio.raw import write
-
+    """A layer without a feature too; a page at a time."""
     options = {"GEOMETRY_NAME": GEOMETRY, "DESCRIPTION": layer.title}
     if not system.text:
         options["SRID"] = str(UNDEFINED_CARTESIAN)
-    geometry = np.array([_wkb(layer, shape) for shape in layer.shapes], dtype=object)
-    data, masks = _columns(layer.fields, layer.values)
+    features = layer.features()
+    page = list(islice(features, PAGE))
+    _write_page(file, layer, page, system, about, options)
+    while page := list(islice(features, PAGE)):
+        _write_page(file, layer, page, system, {}, {})
+
+
+def _write_page(
+    file: Path, layer: Layer, page: Sequence[Feature], system: MapSystem, about: dict[str, str], options: dict[str, str]
+) -> None:
+    """Features of a layer; `options` make it, without them it is there already."""
+    from pyogrio.raw import write
+
+    geometry = np.array([_wkb(layer, shape) for shape, _ in page], dtype=object)
+    data, masks = _columns(layer.fields, [values for _, values in page])
+    meanings = {field.name: field.meaning for field in layer.fields} if options else None
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # "crs was not provided": so it is meant
         write(
@@ -101,8 +117,8 @@ def _write_layer(file: Path, layer: Layer, system: MapSystem, about: dict[str, s
             append=file.exists(),
             dataset_metadata=about or None,
             dataset_options=None if file.exists() else {"VERSION": VERSION},
-            layer_metadata={field.name: field.meaning for field in layer.fields},
-            layer_options=options,
+            layer_metadata=meanings,
+            layer_options=options or None,
         )
 
 

@@ -1,7 +1,8 @@
 """The map layers: control, excluded and check points, residual vectors, error ellipses, footprint, station."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -37,16 +38,19 @@ ROOM = 0.06
 LEVEL = 0.9
 
 
+Feature = tuple[Array, list[Scalar]]
+"""Places on the map (n, 2), values in the order of the fields."""
+
+
 @dataclass(frozen=True, slots=True)
 class Layer:
-    """Features of one kind: `shapes` are (n, 2) places on the map, `values` in the order of the fields."""
+    """Features of one kind; `features()` makes them one after the other, they are never all in memory."""
 
     name: str
     title: str
     kind: Kind
     fields: Sequence[Field]
-    shapes: Sequence[Array]
-    values: Sequence[Sequence[Scalar]]
+    features: Callable[[], Iterator[Feature]]
 
 
 def map_layers(solved: Solved, system: MapSystem, magnify: float | None) -> list[Layer]:
@@ -54,45 +58,31 @@ def map_layers(solved: Solved, system: MapSystem, magnify: float | None) -> list
     rows = solved.current.tables["covariance"]["ground_covariance"]
     roles = {str(row["point"]): str(row["role"]) for row in solved.current.tables["resection"]["image_residual"]}
     factor = magnify if magnify is not None else _magnification(solved, rows)
-    points = list(_points(solved, system, rows, roles))
+    names = (("control", "Control"), ("check", "Check points"), ("excluded", "Excluded points"))
+    points = {role: partial(_points, solved, system, rows, roles, role) for role, _ in names}
+    vectors = partial(_vectors, solved, system, rows, roles, factor)
+    ellipses = partial(_ellipses, solved, system, rows, roles, factor)
+    footprint, station = partial(_footprint, solved, system, rows), partial(_station, solved, system)
     return [
-        *(
-            Layer(role, title, "Point", POINT_FIELDS, *_split([one for one in points if one[1][1] == role]))
-            for role, title in (("control", "Control"), ("check", "Check points"), ("excluded", "Excluded points"))
-        ),
-        Layer(
-            "residuals",
-            "Residuals on the ground",
-            "LineString",
-            VECTOR_FIELDS,
-            *_split(list(_vectors(solved, system, rows, roles, factor))),
-        ),
-        Layer(
-            "ellipses",
-            "Error ellipses",
-            "Polygon",
-            ELLIPSE_FIELDS,
-            *_split(list(_ellipses(solved, system, rows, roles, factor))),
-        ),
-        Layer("footprint", "Footprint", "Polygon", FOOTPRINT_FIELDS, *_split(_footprint(solved, system, rows))),
-        Layer("station", "Projection centre", "Point", STATION_FIELDS, *_split([_station(solved, system)])),
+        *(Layer(role, title, "Point", POINT_FIELDS, points[role]) for role, title in names),
+        Layer("residuals", "Residuals on the ground", "LineString", VECTOR_FIELDS, vectors),
+        Layer("ellipses", "Error ellipses", "Polygon", ELLIPSE_FIELDS, ellipses),
+        Layer("footprint", "Footprint", "Polygon", FOOTPRINT_FIELDS, footprint),
+        Layer("station", "Projection centre", "Point", STATION_FIELDS, station),
     ]
 
 
-Feature = tuple[Array, list[Scalar]]
-
-
-def _split(features: Sequence[Feature]) -> tuple[list[Array], list[list[Scalar]]]:
-    return [shape for shape, _ in features], [values for _, values in features]
-
-
-def _points(solved: Solved, system: MapSystem, rows: Sequence[Row], roles: Mapping[str, str]) -> Iterator[Feature]:
-    """Every point with a place on the ground that is measured in the photo."""
+def _points(
+    solved: Solved, system: MapSystem, rows: Sequence[Row], roles: Mapping[str, str], role: str
+) -> Iterator[Feature]:
+    """Every point of this role with a place on the ground that is measured in the photo."""
     tables = solved.current.tables
     given = {str(row["point"]): row for row in tables["bl"]["geographic_point"]}
     by_ray = {str(row["point"]): row for row in rows}
     residual = {str(row["point"]): row for row in tables["resection"]["image_residual"]}
-    placed = [row for row in tables["topocentric"]["topocentric_point"] if str(row["point"]) in residual]
+    placed = [row for row in tables["topocentric"]["topocentric_point"] if roles.get(str(row["point"])) == role]
+    if not placed:
+        return
     places = _on_map(solved, system, [given[str(row["point"])] for row in placed], placed)
     for row, place in zip(placed, places, strict=True):
         name = str(row["point"])
@@ -166,7 +156,7 @@ def _ring(places: Array) -> Array:
     return np.vstack([ring[:-1], ring[:1]])
 
 
-def _footprint(solved: Solved, system: MapSystem, rows: Sequence[Row]) -> list[Feature]:
+def _footprint(solved: Solved, system: MapSystem, rows: Sequence[Row]) -> Iterator[Feature]:
     """The edge of the frame on the mean height of the points; no feature if nothing of it meets the ground."""
     photo = solved.photo
     width, height_mm = required(photo, "frame_width_mm"), required(photo, "frame_height_mm")
@@ -179,17 +169,17 @@ def _footprint(solved: Solved, system: MapSystem, rows: Sequence[Row]) -> list[F
         air, curvature = air_and_curvature(clear, photo)
         image = corrected(solved.camera, Measured(edge, air + curvature))
     except GeometryError:
-        return []
+        return
     ground, _ = seen_ground(image, solved.station, solved.rotation, solved.f_mm, solved.frame, height)
     seen = np.isfinite(ground).all(axis=1) & ((ground - solved.station) @ solved.rotation[:, 2] < 0)
     if seen.sum() < 3:
-        return []
+        return
     places = system.of_stored(solved.frame.right_handed(ground[seen]))
     values: list[Scalar] = [str(photo["name"]), height, int(seen.all())]
-    return [(_ring(np.vstack([places, places[:1]])), values)]
+    yield _ring(np.vstack([places, places[:1]])), values
 
 
-def _station(solved: Solved, system: MapSystem) -> Feature:
+def _station(solved: Solved, system: MapSystem) -> Iterator[Feature]:
     row = solved.orientation
     place = system.of_stored(columns([row], "X_S_m", "Y_S_m", "Z_S_m"))
     sigmas = np.sqrt(np.diag(stored_covariance(solved))[:3]).tolist()
@@ -199,15 +189,18 @@ def _station(solved: Solved, system: MapSystem) -> Feature:
         if (angle["triple"], angle["frame"]) == ("opk", "ground")
     }
     sigma0 = row["sigma0_mm"]
-    return place, [
-        str(solved.photo["name"]),
-        *(row[key] for key in ("B_S_deg", "L_S_deg", "H_S_m", "X_S_m", "Y_S_m", "Z_S_m")),
-        *sigmas,
-        *(angles[key] for key in ("omega", "phi", "kappa")),
-        *(row[key] for key in ("q_w", "q_x", "q_y", "q_z", "f_mm")),
-        None if sigma0 is None else 1000.0 * float(sigma0),
-        row["redundancy"],
-    ]
+    yield (
+        place,
+        [
+            str(solved.photo["name"]),
+            *(row[key] for key in ("B_S_deg", "L_S_deg", "H_S_m", "X_S_m", "Y_S_m", "Z_S_m")),
+            *sigmas,
+            *(angles[key] for key in ("omega", "phi", "kappa")),
+            *(row[key] for key in ("q_w", "q_x", "q_y", "q_z", "f_mm")),
+            None if sigma0 is None else 1000.0 * float(sigma0),
+            row["redundancy"],
+        ],
+    )
 
 
 def _magnification(solved: Solved, rows: Sequence[Row]) -> float:

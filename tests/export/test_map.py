@@ -9,6 +9,7 @@ import numpy as np
 import pyproj
 import pytest
 
+from orient.export import geopackage
 from orient.export.layer_fields import POINT_FIELDS
 from orient.export.styles import STYLES
 from tests.cli.commands import orient
@@ -115,6 +116,21 @@ def test_every_layer_is_there_and_in_the_datum_of_the_ground(project: Project, t
     assert {info["crs"] for info in found.values()} == {"EPSG:4284"}
     assert found["excluded"]["fields"].tolist() == [field.name for field in POINT_FIELDS]
     assert "deg" in found["control"]["layer_metadata"]["B_deg"]
+
+
+def test_many_features_are_written_a_page_at_a_time(
+    project: Project, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = exported(project("pulkovo"), tmp_path, "gpkg")
+    (tmp_path / "paged").mkdir()
+    monkeypatch.setattr(geopackage, "PAGE", 7)
+    paged = exported(project("pulkovo"), tmp_path / "paged", "gpkg")
+    for layer in LAYERS:
+        one, other = (pyogrio.read_info(str(file), layer=layer) for file in (whole, paged))
+        assert str(one) == str(other)
+        (shapes, values), (paged_shapes, paged_values) = (table(file, layer) for file in (whole, paged))
+        assert [shape.tobytes() for shape in shapes] == [shape.tobytes() for shape in paged_shapes]
+        assert str(values) == str(paged_values)
 
 
 def test_the_moon_has_its_own_system(project: Project, tmp_path: Path) -> None:
