@@ -72,11 +72,13 @@ def _known(place: SummaryPlace) -> dict[str, Done]:
 
 
 def _work(wish: Wish, work: WorkList, plan: Plan, summary: Summary, tally: Tally) -> int:
+    kept: list[int] = []
     with _pool(wish) as pool:
         try:
-            return run_batch(work, plan, wish.order, summary, pool, tally.tell)
+            return run_batch(work, plan, wish.order, summary, pool, tally.tell, kept.append)
         except BaseException:
-            print(stopped_line(tally, len(plan.to_do), summary.shown), file=sys.stderr)
+            ended = kept[0] if kept else len(tally.ended)
+            print(stopped_line(ended, len(plan.to_do), summary.shown), file=sys.stderr)
             raise
 
 

@@ -52,9 +52,18 @@ def _is_as_it_was(item: Item, last: Done, settings: str) -> bool:
 
 
 def run_batch(
-    work: WorkList, plan: Plan, order: Order, summary: Summary, pool: Pool, tell: Callable[[Ending], None]
+    work: WorkList,
+    plan: Plan,
+    order: Order,
+    summary: Summary,
+    pool: Pool,
+    tell: Callable[[Ending], None],
+    tell_kept: Callable[[int], None] = lambda kept: None,
 ) -> int:
-    """Work through what is to be done; the number of the batch. Whatever stops it, what has ended is kept."""
+    """Work through what is to be done; the number of the batch. Whatever stops it, what has ended is kept.
+
+    `tell` hears each ending; `tell_kept` at the end how many are in the summary: a stop may come in between.
+    """
     batch_id = summary.begin(_facts(work, plan, order, pool))
     state = "stopped"
     try:
@@ -64,7 +73,7 @@ def run_batch(
                 tell(ending)
         state = "finished"
     finally:
-        summary.end(batch_id, state)
+        tell_kept(summary.end(batch_id, state))
     return batch_id
 
 

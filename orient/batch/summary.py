@@ -85,11 +85,12 @@ class Summary:
             for table, field in ((COVARIANCE, "covariances"), (STAGE, "stages"), (FINDING, "findings")):
                 _insert_children(connection, table, keys, [getattr(ending, field) for ending in endings])
 
-    def end(self, batch_id: int, state: str) -> None:
+    def end(self, batch_id: int, state: str) -> int:
+        """Close the batch; how many photos ended in it."""
+        counted = select(func.count()).select_from(PHOTO).where(PHOTO.c.batch_id == batch_id)
         with self._transaction() as connection:
-            connection.execute(
-                update(BATCH).where(BATCH.c.batch_id == batch_id).values(state=state, ended_at=now())
-            )  # fmt: skip
+            connection.execute(update(BATCH).where(BATCH.c.batch_id == batch_id).values(state=state, ended_at=now()))
+            return int(connection.execute(counted).scalar_one())
 
     @contextmanager
     def _transaction(self) -> Iterator[Connection]:

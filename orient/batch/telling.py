@@ -45,8 +45,8 @@ class Tally:
         return [ending for ending in self.ended.values() if ending.is_failed]
 
 
-def stopped_line(tally: Tally, total: int, shown: str) -> str:
-    return f"stopped: {len(tally.ended)} of {total} photos have ended and are kept in {printable(shown)}; go on later"
+def stopped_line(kept: int, total: int, shown: str) -> str:
+    return f"stopped: {kept} of {total} photos have ended and are kept in {printable(shown)}; go on later"
 
 
 def report(batch_id: int | None, work: WorkList, plan: Plan, tally: Tally, shown: str, as_json: bool) -> int:
