@@ -181,14 +181,14 @@ def _endings(client: Any, chunks: Chunks, order: Order) -> Iterator[list[Ending]
     try:
         for future in _completed(client, list(chunk_of)):
             chunk = chunk_of.pop(future)
-            if _is_finished(future):
+            if _is_finished(client, future):
                 yield future.result()
             else:
                 suspects += chunk
         for item in suspects:
             chunk_of[alone := _submitted(client, [item], order)] = [item]
             for future in _completed(client, [alone]):
-                yield future.result() if _is_finished(future) else [_failed(item, future.exception())]
+                yield future.result() if _is_finished(client, future) else [_failed(item, future.exception())]
             del chunk_of[alone]
     finally:
         with suppress(Exception):  # the scheduler may be gone
@@ -199,9 +199,10 @@ def _completed(client: Any, futures: Sequence[Any]) -> Any:
     return _distributed().as_completed(futures, loop=client.loop)
 
 
-def _is_finished(future: Any) -> bool:
+def _is_finished(client: Any, future: Any) -> bool:
     while future.status in ("lost", "pending"):  # its worker died before the result was fetched: dask works again
-        _distributed().wait([future])
+        for _ in _completed(client, [future]):
+            pass
     if future.status not in ("finished", "error"):
         raise OrientError("the scheduler went away.", "What is done stays done: give the same command again.")
     return bool(future.status == "finished")
