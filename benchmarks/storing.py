@@ -2,11 +2,15 @@
 
 import sqlite3
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import partial
 from itertools import count
 from pathlib import Path
 
 import numpy as np
+from sqlalchemy import Connection
 
 from benchmarks.measuring import WALL, Task
 from benchmarks.scenes import F_MM, photo
@@ -14,15 +18,20 @@ from orient.intake.options import ReadOptions
 from orient.intake.project_folder import read_project
 from orient.pipeline.runner import create, run_stale
 from orient.solvers.lean_resection import lean_resection
+from orient.store import ledger
 from orient.store.digest import content_of, input_digest, rows_digest
+from orient.store.format import Format
 from orient.store.project import NewRun, Project, create_project, open_project
+from orient.store.runs import RunInfo
 from orient.values import Columns, InputTables, Outcome
 
 SAMPLE = Path(__file__).parents[1] / "sample_projects" / "calgary-28"
 LARGE = 200_000
 NAMES = ("point", "kind", "cycle", "x_mm", "y_mm", "col_px", "row_px", "sigma")
-DURABLE = "PRAGMA synchronous = EXTRA"
-Rows = dict[str, list[tuple[object, ...]]]
+STRICT = ("PRAGMA synchronous = EXTRA", "PRAGMA foreign_keys = ON", "PRAGMA recursive_triggers = ON")
+"""What orient sets too: durable, and with all guards at work."""
+Commit = list[tuple[str, list[tuple[object, ...]]]]
+"""Rows by table, in the order in which they are stored."""
 
 
 def tasks() -> Iterator[Task]:
@@ -72,7 +81,7 @@ def _insert(folder: Path, n: int) -> Task:
         path = name()
         path.write_bytes(template)
         connection = sqlite3.connect(path, isolation_level=None)
-        for pragma in (DURABLE, "PRAGMA foreign_keys = ON", "PRAGMA recursive_triggers = ON"):
+        for pragma in STRICT:
             connection.execute(pragma)
         connection.execute("BEGIN IMMEDIATE")
         connection.execute("INSERT INTO stage_run VALUES (1, 'readings', 1, 1, '{}', '', '', '', '', '')")
@@ -113,47 +122,54 @@ def _append(project: Project, run: NewRun) -> None:
     project.append(run)
 
 
-def _small_photo(folder: Path) -> Iterator[Task]:
-    """The rows of a whole small photo: stored in one new file, then computed and stored stage by stage."""
-    name, inputs = _fresh(folder), read_project(SAMPLE, ReadOptions())
-    done = folder / "done.sqlite"
-    _pipeline(done, inputs)
-    stages, rows = _rows_of(done)
-    total = sum(len(values) for values in rows.values())
+def _append_all(project: Project, runs: Sequence[NewRun]) -> None:
+    project.append_all(runs)
 
-    def new_file() -> None:
+
+def _small_photo(folder: Path) -> Iterator[Task]:
+    """A small photo: its lists, then all that its stages store, as one new file; last the stages computed too."""
+    name, inputs = _fresh(folder), read_project(SAMPLE, ReadOptions())
+    done, empty = folder / "done.sqlite", folder / "empty.sqlite"
+    with _told_runs() as runs:
+        _pipeline(done, inputs)
+    create_project(empty)
+    lists, *stages = _commits_of(done, len(inputs))
+    everything = [row for commit in (lists, *stages) for row in commit]
+    one = photo(8)
+
+    def file_of_lists() -> None:
         path = name()
         create(path, inputs, "bench")
         path.unlink()
 
-    def new_by_hand() -> None:
-        _by_hand(name(), {table: values for table, values in rows.items() if table in inputs_of(inputs)}, commits=1)
+    def file_of_everything() -> None:
+        path = name()
+        create_project(path, lambda project: _append_all(project, runs))
+        path.unlink()
 
-    def own() -> None:
+    def pipeline() -> None:
         path = name()
         _pipeline(path, inputs)
         path.unlink()
 
-    one = photo(8)
+    def task(what: str, own: Callable[[], None], commits: Sequence[Commit], solve: bool, target: float) -> Task:
+        def by_hand(template: bytes) -> None:
+            if solve:
+                lean_resection(one.image, one.ground, F_MM, one.R0, one.S0)
+            _by_hand(name(), template, commits)
 
-    def by_hand() -> None:
-        lean_resection(one.image, one.ground, F_MM, one.R0, one.S0)
-        _by_hand(name(), rows, commits=stages)
+        n_rows = sum(len(rows) for commit in commits for _, rows in commit)
+        note = (
+            f"{n_rows} rows in {len(commits)} durable commits; by hand into the same tables with their keys, checks "
+            "and guards (orient's empty file copied), or into bare columns; nothing is cast, digested or read back"
+        )
+        kinds = {"sqlite3 by hand, bare tables": b"", "sqlite3 by hand, same tables": empty.read_bytes()}
+        others = {kind: partial(by_hand, template) for kind, template in kinds.items()}
+        return Task(what, {"orient": own, **others}, target, None, note=note, clock=WALL)
 
-    yield Task(
-        "new file with the lists of a small photo",
-        {"orient": new_file, "sqlite3 by hand": new_by_hand},
-        2.5,
-        None,
-        clock=WALL,
-    )
-    note = f"{total} rows, {stages} durable commits on both sides, a lean solver beside sqlite3"
-    name_of = "pipeline of a small photo in one process, new file included"
-    yield Task(name_of, {"orient": own, "sqlite3 by hand + lean solver": by_hand}, 4.0, None, note=note, clock=WALL)
-
-
-def inputs_of(inputs: list[InputTables]) -> set[str]:
-    return {table for given in inputs for table in given.tables}
+    yield task("new file with the lists of a small photo", file_of_lists, [lists], False, 2.5)
+    yield task("new file with everything of a small photo", file_of_everything, [everything], False, 2.5)
+    yield task("pipeline of a small photo, new file included", pipeline, [lists, *stages], True, 4.0)
 
 
 def _pipeline(path: Path, inputs: list[InputTables]) -> None:
@@ -161,31 +177,53 @@ def _pipeline(path: Path, inputs: list[InputTables]) -> None:
     run_stale(path, {}, "bench", lambda stage: None, lambda result: None)
 
 
-def _rows_of(path: Path) -> tuple[int, Rows]:
-    """Number of commits that made the file, and all its rows by table."""
+@contextmanager
+def _told_runs() -> Iterator[list[NewRun]]:
+    """The runs that are appended meanwhile, as they would be appended to a file without any."""
+    runs: list[NewRun] = []
+    append = ledger.append
+
+    def told(connection: Connection, new: NewRun, form: Format) -> RunInfo:
+        runs.append(replace(new, expected_heads={}, content=None))
+        return append(connection, new, form)
+
+    ledger.append = told
+    try:
+        yield runs
+    finally:
+        ledger.append = append
+
+
+def _commits_of(path: Path, n_lists: int) -> list[Commit]:
+    """The rows of the file run by run; the lists are one commit, each stage is another."""
     connection = sqlite3.connect(path)
     tables = [row[0] for row in connection.execute("SELECT name FROM sqlite_schema WHERE type = 'table'")]
-    rows = {table: connection.execute(f'SELECT * FROM "{table}"').fetchall() for table in tables}
-    commits = 1 + sum(
-        1 for row in rows["stage_run"] if row[1] in ("refine", "bl", "topocentric", "resection", "covariance")
-    )
+    last = ("run_seal", "selection")
+    order = ["stage_run", *(name for name in tables if name not in ("stage_run", "alembic_version", *last)), *last]
+    runs = [row[0] for row in connection.execute("SELECT run_id FROM stage_run ORDER BY run_id")]
+    by_run = [
+        [(table, connection.execute(f"SELECT * FROM {table} WHERE run_id = ?", (run,)).fetchall()) for table in order]
+        for run in runs
+    ]
     connection.close()
-    return commits, {table: values for table, values in rows.items() if values}
+    filled = [[(table, rows) for table, rows in run if rows] for run in by_run]
+    return [[row for run in filled[:n_lists] for row in run], *filled[n_lists:]]
 
 
-def _by_hand(path: Path, rows: Mapping[str, list[tuple[object, ...]]], commits: int) -> None:
-    """The same rows in plain tables without keys, checks or triggers."""
+def _by_hand(path: Path, template: bytes, commits: Sequence[Commit]) -> None:
+    """The same rows in a copy of the file `template`; without one in tables without keys, checks or triggers."""
+    path.write_bytes(template)
     connection = sqlite3.connect(path, isolation_level=None)
-    connection.execute("BEGIN")
-    for table, values in rows.items():
-        connection.execute(f'CREATE TABLE "{table}" ({", ".join(f"c{i}" for i in range(len(values[0])))})')
-    parts = np.array_split(list(rows), commits)
-    for number, part in enumerate(parts):
-        if number:
-            connection.execute("BEGIN")
-        for table in part.tolist():
-            marks = ", ".join("?" * len(rows[table][0]))
-            connection.executemany(f'INSERT INTO "{table}" VALUES ({marks})', rows[table])
+    for pragma in STRICT:
+        connection.execute(pragma)
+    made: set[str] = set()
+    for commit in commits:
+        connection.execute("BEGIN IMMEDIATE")
+        for table, rows in commit:
+            if not template and table not in made:
+                connection.execute(f'CREATE TABLE "{table}" ({", ".join(f"c{i}" for i in range(len(rows[0])))})')
+                made.add(table)
+            connection.executemany(f'INSERT INTO "{table}" VALUES ({", ".join("?" * len(rows[0]))})', rows)
         connection.execute("COMMIT")
     connection.close()
     path.unlink()

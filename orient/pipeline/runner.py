@@ -165,15 +165,17 @@ def _next_result(
 
 
 def _run(project: Project, stage: Stage, settings: Settings, reason: str, again: bool) -> Result:
-    heads = project.heads()
-    inputs = {name: heads[name] for name in stage.inputs if name in heads}
-    full = _full_settings(stage, heads.get(stage.name), settings)
-    basis = {name: run.output_digest for name, run in inputs.items()}
-    digest = input_digest(stage.name, stage.version, full, basis)
-    known = None if again else _known_run(project, stage, full, basis)
+    with project.snapshot():
+        heads = project.heads()
+        inputs = {name: heads[name] for name in stage.inputs if name in heads}
+        full = _full_settings(stage, heads.get(stage.name), settings)
+        basis = {name: run.output_digest for name, run in inputs.items()}
+        digest = input_digest(stage.name, stage.version, full, basis)
+        known = None if again else _known_run(project, stage, full, basis)
+        wanted = {} if known else inputs
+        read = {name: project.read_columns(run.run_id, EVIDENCE_TABLES) for name, run in wanted.items()}
     if known is not None:
         return _reuse(project, stage, known, reason)
-    read = {name: project.read_columns(run.run_id, EVIDENCE_TABLES) for name, run in inputs.items()}
     outcome = outcome_of(stage, read, full)
     del read  # what was read and what is to be stored are never in memory together
     repeated = _same_failure(project, stage, digest, outcome) if outcome.error and not again else None

@@ -16,6 +16,7 @@ from orient.solvers.engines import Engine
 from orient.solvers.functional_iteration import Iterated, Step, Termination, condition_ratio
 from orient.solvers.ground_points import ground_knowledge, onto_rays, undetermined_points
 from orient.solvers.resection_checks import check_control
+from orient.solvers.resection_leads import leads_of
 from orient.solvers.resection_problem import Orientation, ResectionEquations, ResectionProblem
 from orient.solvers.resection_result import (
     INSEPARABLE,
@@ -28,7 +29,6 @@ from orient.solvers.resection_result import (
     Task,
     resection_result,
 )
-from orient.solvers.resection_sample import sample_of
 from orient.solvers.resection_starts import is_same_place, starts_and_ends
 from orient.solvers.start_values import Candidate, Method, distinct, is_same, start_candidates
 
@@ -44,6 +44,8 @@ FAR_BETTER = 100.0
 FITS, HOPELESS = 0.005, 0.05
 ROUNDING_SHARE = 1e-10
 SAME_LEAD = 1e-6
+MANY_POINTS = 2000
+"""From so many points on, the iterations begin where a part of the points leads."""
 
 
 def resect(
@@ -91,8 +93,8 @@ def resect(
     No approximations are needed: several closed forms give starts (`start_candidates`), the best distinct
     ones are refined, and the valid one (converged, all points in front, camera above) with the smallest v'Pv is the
     result; `approximate_station` picks among those that fit equally well. The other valid ones are `alternatives`;
-    `starts` and `ends` are all that was tried and where it led. From 2000 points on each start is led to its end by a
-    sample of about 1000 points, and the iterations with all points begin there.
+    `starts` and `ends` are all that was tried and where it led. Starts that the lean Gauss-Newton with about 1000 of
+    the full points leads to one place have one end; from 2000 points on the iterations with all points begin there.
     Without a valid one the best is returned with its termination. Control that cannot determine a photo at all
     (fewer than three full points, points on a line, coinciding points) raises GeometryError.
     r = 2n + rank W + rank C + known elements - unknown elements - rank D - rank C. Source: seed 004, equations (3)-(5)
@@ -164,30 +166,18 @@ def _worth_refining(task: Task, starts: Sequence[Candidate]) -> list[Candidate]:
 
 
 def _all_refined(task: Task, worth: Sequence[Candidate]) -> list[tuple[Refined, Termination]]:
-    """The adjustment from each start; of many points, one for all starts that a sample leads to the same place."""
-    sample = sample_of(task)
-    if sample is None:
-        return [_refined(task, candidate) for candidate in worth]
+    """The adjustment from each start; one for all starts with the same lead. That of many points begins there."""
     centre = task.problem.known.given.mean(axis=0)
-    leads: list[Candidate] = []
+    has_many = len(task.problem.image) >= MANY_POINTS
     ends: list[tuple[Refined, Termination]] = []
-    of_lead: list[tuple[Refined, Termination]] = []
-    for candidate in worth:
-        lead = _led(sample, candidate)
-        same = next((i for i, other in enumerate(leads) if is_same(lead, other, centre, SAME_LEAD)), len(leads))
-        if same == len(leads):
-            leads.append(lead)
-            of_lead.append(_refined(task, lead))
-        ends.append(of_lead[same])
+    of_leads: list[tuple[Candidate, tuple[Refined, Termination]]] = []
+    for candidate, lead in zip(worth, leads_of(task, worth), strict=True):
+        same = (end for other, end in of_leads if lead is not None and is_same(lead, other, centre, SAME_LEAD))
+        end = next(same, None) or _refined(task, lead if lead is not None and has_many else candidate)
+        ends.append(end)
+        if lead is not None and end[1] is Termination.CONVERGED:
+            of_leads.append((lead, end))
     return ends
-
-
-def _led(sample: Task, candidate: Candidate) -> Candidate:
-    """Where the start leads with the sample; the start itself if that is no orientation."""
-    end, termination = _refined(sample, candidate)
-    if termination is not Termination.CONVERGED:
-        return candidate
-    return replace(candidate, rotation=end.state.rotation, station=end.state.station)
 
 
 def _refined(task: Task, candidate: Candidate) -> tuple[Refined, Termination]:

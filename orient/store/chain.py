@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from sqlalchemy import Connection
 
+from orient.store.connection import execute, scalar
 from orient.store.digest import record_digest
 from orient.values import Scalar
 
@@ -19,19 +20,16 @@ FROM main.stage_run WHERE run_id = ?
 def run_record_digest(connection: Connection, seal: Sequence[Scalar]) -> str:
     """Digest over header, inputs and seal; `seal` = run_id ... sealed_at, in stored order without the digest."""
     run_id = seal[0]
-    header = connection.exec_driver_sql(HEADER, (run_id,)).one()
-    inputs = connection.exec_driver_sql(
-        "SELECT role, input_run_id FROM main.run_input WHERE run_id = ? ORDER BY role", (run_id,)
-    ).all()
-    before = connection.exec_driver_sql(
-        "SELECT record_digest FROM main.run_seal WHERE run_id < ? ORDER BY run_id DESC LIMIT 1", (run_id,)
-    ).scalar()
+    header = execute(connection, HEADER, (run_id,)).fetchone()
+    inputs = execute(connection, "SELECT role, input_run_id FROM main.run_input WHERE run_id = ? ORDER BY role", [run_id])
+    before = scalar(
+        connection, "SELECT record_digest FROM main.run_seal WHERE run_id < ? ORDER BY run_id DESC LIMIT 1", (run_id,)
+    )
     return record_digest("run", list(header), [list(row) for row in inputs], list(seal), before)
 
 
 def selection_record_digest(connection: Connection, row: Sequence[Scalar]) -> str:
     """Digest over a selection; `row` = selection_id ... after_run_id, in stored order without the digest."""
-    before = connection.exec_driver_sql(
-        "SELECT record_digest FROM main.selection WHERE selection_id < ? ORDER BY selection_id DESC LIMIT 1", (row[0],)
-    ).scalar()
+    query = "SELECT record_digest FROM main.selection WHERE selection_id < ? ORDER BY selection_id DESC LIMIT 1"
+    before = scalar(connection, query, (row[0],))
     return record_digest("selection", list(row), before)

@@ -3,6 +3,7 @@
 import os
 import sqlite3
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -18,7 +19,6 @@ OPERATIONS_BETWEEN_LOOKS = 10_000
 HEAP_LIMIT_BYTES = 512 * 2**20
 SPILL = "PRAGMA cache_spill=ON"
 ALONE = ("PRAGMA journal_mode=MEMORY", "PRAGMA synchronous=OFF")
-SMALL_JOURNALS = "PRAGMA temp_store=DEFAULT"
 
 SPILL_PAGES = 65_535
 """256 MB of pages of 4096 bytes: a larger append goes through the file, so that its memory is bounded. Not 65 536: of
@@ -47,9 +47,11 @@ PRAGMAS = (
     "recursive_triggers=ON",  # without it REPLACE slips past the delete guards
     "synchronous=EXTRA",  # without it a power cut can lose a commit that was reported
     f"cache_spill={SPILL_PAGES}",  # an append below it does not lock out the readers while it is being made
-    "temp_store=MEMORY",
     f"hard_heap_limit={HEAP_LIMIT_BYTES}",
 )
+TEMPORARY = {"read": "temp_store=MEMORY", "write": "temp_store=DEFAULT"}
+"""The journal of one statement: SQLite takes the 64 kB that one row needs in one piece, in memory a kilobyte at a time
+and at every row. Set before the schema is read: SQLite forgets the schema when this changes."""
 
 
 def open_engine(path: Path, mode: Mode, watch: Watch, immutable: bool = False) -> Engine:
@@ -75,7 +77,7 @@ def hardened(path: Path, mode: Mode, watch: Watch, immutable: bool = False) -> s
         uri_of(path, mode, immutable), uri=True, isolation_level=None, timeout=BUSY_TIMEOUT_S, check_same_thread=False
     )
     try:
-        _harden(connection, watch)
+        _harden(connection, mode, watch)
     except BaseException:
         connection.close()
         raise
@@ -88,13 +90,13 @@ def uri_of(path: Path, mode: Mode, immutable: bool = False) -> str:
     return Path(os.path.abspath(path)).as_uri() + "?" + tail + ("&immutable=1" if immutable else "")  # noqa: PTH100
 
 
-def _harden(connection: sqlite3.Connection, watch: Watch) -> None:
+def _harden(connection: sqlite3.Connection, mode: Mode, watch: Watch) -> None:
     for limit, value in LIMITS.items():
         connection.setlimit(limit, value)
     connection.set_progress_handler(watch.progress, OPERATIONS_BETWEEN_LOOKS)
     if sys.version_info >= (3, 12):
         _set_dbconfig(connection)
-    for pragma in PRAGMAS:
+    for pragma in (*PRAGMAS, TEMPORARY[mode]):
         connection.execute(f"PRAGMA {pragma}").fetchall()
     connection.set_authorizer(watch.authorize)
 
@@ -106,12 +108,15 @@ def driver_of(connection: Connection) -> sqlite3.Connection:
     return driver
 
 
-def prepare_to_append(connection: Connection) -> None:
-    """Let SQLite keep the journal of one statement as it likes: a row fits into the 64 kB that it takes in one piece.
+def execute(connection: Connection, statement: str, parameters: Sequence[Any] = ()) -> sqlite3.Cursor:
+    """One statement by the driver, inside the transaction of `connection`: a tenth of the way through SQLAlchemy."""
+    return driver_of(connection).execute(statement, parameters)
 
-    With temp_store=MEMORY it asks for them a kilobyte at a time, at every row.
-    """
-    driver_of(connection).execute(SMALL_JOURNALS).fetchall()
+
+def scalar(connection: Connection, query: str, parameters: Sequence[Any] = ()) -> Any:
+    """The first value of the first row; None without a row."""
+    row = execute(connection, query, parameters).fetchone()
+    return None if row is None else row[0]
 
 
 def write_alone(connection: Connection) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from sqlalchemy import Connection, Engine, RootTransaction
 
-from orient.store.connection import Mode, driver_of, let_run, open_engine, prepare_to_append
+from orient.store.connection import Mode, let_run, open_engine, scalar
 from orient.store.error_map import translated
 from orient.store.errors import ReadOnly, Replaced
 from orient.store.fingerprint import check_fingerprint, check_pages
@@ -65,8 +65,6 @@ def pass_gate(look: Preflight, mode: Mode, form: Format, with_checks: bool = Tru
             with connection.begin():
                 schema_version = _inspect(connection, look, form, watch, with_checks)
                 let_run(connection, watch, own_names(form))
-            if mode == "write":
-                prepare_to_append(connection)
         except BaseException:
             connection.close()
             engine.dispose()
@@ -87,7 +85,7 @@ def _inspect(connection: Connection, look: Preflight, form: Format, watch: Watch
 
 
 def schema_version_of(connection: Connection) -> int:
-    return int(driver_of(connection).execute("PRAGMA main.schema_version").fetchone()[0])
+    return int(scalar(connection, "PRAGMA main.schema_version"))
 
 
 def recover(look: Preflight) -> None:

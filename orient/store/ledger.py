@@ -15,6 +15,7 @@ from sqlalchemy import Connection
 
 import orient
 from orient.store.chain import run_record_digest, selection_record_digest
+from orient.store.connection import driver_of, execute, scalar
 from orient.store.digest import OWN_CONTENT, Content, content_of, input_digest, plain_json
 from orient.store.errors import ChangedMeanwhile, OurFault, StorageError
 from orient.store.format import Format
@@ -69,7 +70,7 @@ def check_heads(connection: Connection, expected: Mapping[str, int | None]) -> N
     """Refuse if a head is no longer the one that the caller has read."""
     query = "SELECT run_id FROM main.selection WHERE stage = ? ORDER BY selection_id DESC LIMIT 1"
     for stage, run_id in expected.items():
-        if connection.exec_driver_sql(query, (stage,)).scalar() != run_id:
+        if scalar(connection, query, (stage,)) != run_id:
             message = f"{stage} was changed meanwhile by another command; run again."
             raise ChangedMeanwhile(message, "Nothing was stored.")
 
@@ -84,26 +85,24 @@ def same_run(connection: Connection, new: NewRun) -> RunInfo | None:
 
 def _insert_header(connection: Connection, new: NewRun) -> int:
     settings = plain_json(dict(new.settings))
-    connection.exec_driver_sql(
+    execute(
+        connection,
         "INSERT INTO stage_run SELECT (SELECT coalesce(max(run_id), 0) + 1 FROM main.stage_run), ?, "
         "(SELECT coalesce(max(version), 0) + 1 FROM main.stage_run WHERE stage = ?), ?, ?, ?, ?, ?, ?, ?",
         (new.stage, new.stage, new.stage_version, settings, new.input_digest, new.actor, new.reason, tool_version(),
          now()),
     )  # fmt: skip
-    return int(connection.exec_driver_sql("SELECT max(run_id) FROM main.stage_run").scalar_one())
+    return int(scalar(connection, "SELECT max(run_id) FROM main.stage_run"))
 
 
 def _insert_inputs(connection: Connection, run_id: int, new: NewRun, own_digest: str) -> None:
     query = "SELECT output_digest FROM main.run_seal WHERE run_id = ?"
-    digests = {
-        role: str(connection.exec_driver_sql(query, (input_id,)).scalar()) for role, input_id in new.inputs.items()
-    }
+    digests = {role: str(scalar(connection, query, (input_id,))) for role, input_id in new.inputs.items()}
     basis = digests or {OWN_CONTENT: own_digest}
     if new.input_digest != input_digest(new.stage, new.stage_version, new.settings, basis):
         raise OurFault(f"the input digest of {new.stage} is not the digest of its inputs and settings")
-    if new.inputs:
-        rows = [(run_id, role, input_id) for role, input_id in sorted(new.inputs.items())]
-        connection.exec_driver_sql("INSERT INTO run_input VALUES (?, ?, ?)", rows)
+    rows = [(run_id, role, input_id) for role, input_id in sorted(new.inputs.items())]
+    driver_of(connection).executemany("INSERT INTO run_input VALUES (?, ?, ?)", rows)
 
 
 def _compare(stored: Mapping[str, StoredTable], meant: Content) -> None:
@@ -118,7 +117,8 @@ def _compare(stored: Mapping[str, StoredTable], meant: Content) -> None:
 def _seal(connection: Connection, run_id: int, new: NewRun, count: int, digest: str) -> None:
     status = "failed" if new.outcome.error else "succeeded"
     seal = (run_id, status, count, digest, new.outcome.summary, new.outcome.error, now())
-    connection.exec_driver_sql(
+    execute(
+        connection,
         "INSERT INTO run_seal (run_id, status, row_count, output_digest, summary, error, sealed_at, record_digest) "
         "VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
         (*seal, run_record_digest(connection, seal)),
@@ -127,11 +127,12 @@ def _seal(connection: Connection, run_id: int, new: NewRun, count: int, digest: 
 
 def select(connection: Connection, stage: str, run_id: int | None, actor: str, reason: str) -> str:
     """Make a run the current version of its stage, or none, by adding a row; the digest of that row."""
-    last = connection.exec_driver_sql("SELECT coalesce(max(selection_id), 0) FROM main.selection").scalar_one()
-    newest = connection.exec_driver_sql("SELECT max(run_id) FROM main.stage_run").scalar_one()
+    last = scalar(connection, "SELECT coalesce(max(selection_id), 0) FROM main.selection")
+    newest = scalar(connection, "SELECT max(run_id) FROM main.stage_run")
     row = (last + 1, stage, run_id, actor, reason, now(), newest)
     digest = selection_record_digest(connection, row)
-    connection.exec_driver_sql(
+    execute(
+        connection,
         "INSERT INTO selection (selection_id, stage, run_id, actor, reason, selected_at, after_run_id, record_digest) "
         "VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
         (*row, digest),

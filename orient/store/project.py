@@ -13,7 +13,7 @@ from sqlalchemy.exc import DBAPIError
 from orient.errors import UsageError
 from orient.store import runs
 from orient.store.asking import Answer, ask
-from orient.store.connection import Mode, let_spill, write_alone
+from orient.store.connection import Mode, let_spill, scalar, write_alone
 from orient.store.digest import input_digest as input_digest
 from orient.store.digest import output_digest as output_digest
 from orient.store.error_map import error_name, explain, is_busy, translated
@@ -121,7 +121,7 @@ class Project:
     def _tables(self, run_id: int) -> Iterator[dict[str, StoredTable]]:
         """The tables of a run but its events."""
         with self.snapshot() as connection:
-            stage = connection.exec_driver_sql("SELECT stage FROM main.stage_run WHERE run_id = ?", (run_id,)).scalar()
+            stage = scalar(connection, "SELECT stage FROM main.stage_run WHERE run_id = ?", (run_id,))
             if stage is None:
                 raise UsageError(f"there is no run {run_id}.")
             tables = stored_tables(connection, run_id, str(stage), self._form)
@@ -263,7 +263,7 @@ class Project:
         """As `_are_stored`, for a selection."""
         query = "SELECT count(*) FROM main.selection WHERE record_digest = ?"
         with self.snapshot() as connection:
-            return bool(connection.exec_driver_sql(query, (record_digest,)).scalar_one())
+            return bool(scalar(connection, query, (record_digest,)))
 
     def _open_gate(self) -> Gated:
         if self._is_closed:

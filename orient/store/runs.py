@@ -8,6 +8,7 @@ from typing import Any
 from sqlalchemy import Connection
 
 from orient.errors import ProjectError
+from orient.store.connection import execute
 from orient.store.digest import Content
 from orient.store.stage_tables import STAGE_TABLES
 from orient.values import Event, Outcome, Settings
@@ -74,21 +75,23 @@ r.run_id IN (
 
 def runs_where(connection: Connection, condition: str, parameters: tuple[Any, ...] = ()) -> list[RunInfo]:
     """Sealed runs that fulfil an SQL condition on r (header) and s (seal), in the order of their numbers."""
-    rows = connection.exec_driver_sql(f"{RUNS} WHERE {condition} ORDER BY r.run_id", parameters).all()
+    query = f"{RUNS} WHERE {condition} ORDER BY r.run_id"
+    rows = execute(connection, query, parameters).fetchall()
     inputs = _inputs(connection, [row[0] for row in rows])
-    return [_run_info(dict(row._mapping), inputs.get(row[0], {})) for row in rows]
+    return [_run_info(row, inputs.get(row[0], {})) for row in rows]
 
 
-def _run_info(columns: dict[str, Any], inputs: Mapping[str, int]) -> RunInfo:
-    settings = settings_from_json(columns.pop("settings"), columns["run_id"])
-    return RunInfo(settings=settings, inputs=inputs, **columns)
+def _run_info(row: Sequence[Any], inputs: Mapping[str, int]) -> RunInfo:
+    """`row`: the columns of RUNS, which are the fields but the last."""
+    run_id, stage, version, stage_version, settings, *rest = row
+    return RunInfo(run_id, stage, version, stage_version, settings_from_json(settings, run_id), *rest, inputs)
 
 
 def _inputs(connection: Connection, run_ids: Sequence[int]) -> dict[int, dict[str, int]]:
     inputs: dict[int, dict[str, int]] = {}
     if run_ids:
         query = f"{INPUTS} WHERE run_id BETWEEN ? AND ? ORDER BY run_id, role"
-        for run_id, role, input_run_id in connection.exec_driver_sql(query, (run_ids[0], run_ids[-1])).all():
+        for run_id, role, input_run_id in execute(connection, query, (run_ids[0], run_ids[-1])):
             inputs.setdefault(run_id, {})[role] = input_run_id
     return inputs
 
@@ -112,4 +115,4 @@ def heads(connection: Connection) -> dict[str, RunInfo]:
 
 def events(connection: Connection, run_id: int) -> list[Event]:
     query = "SELECT severity, code, subject, message, value FROM main.run_event WHERE run_id = ? ORDER BY seq"
-    return [Event(*row) for row in connection.exec_driver_sql(query, (run_id,)).all()]
+    return [Event(*row) for row in execute(connection, query, (run_id,))]
