@@ -163,7 +163,7 @@ def _small_photo(folder: Path) -> Iterator[Task]:
             f"{n_rows} rows in {len(commits)} durable commits; by hand into the same tables with their keys, checks "
             "and guards (orient's empty file copied), or into bare columns; nothing is cast, digested or read back"
         )
-        kinds = {"sqlite3 by hand, bare tables": b"", "sqlite3 by hand, same tables": empty.read_bytes()}
+        kinds = {"sqlite3 by hand, same tables": empty.read_bytes(), "sqlite3 by hand, bare columns": b""}
         others = {kind: partial(by_hand, template) for kind, template in kinds.items()}
         return Task(what, {"orient": own, **others}, target, None, note=note, clock=WALL)
 

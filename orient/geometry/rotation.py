@@ -85,19 +85,17 @@ def quaternion_from_matrix(rotation: ArrayLike) -> Array:
     The largest of the four components is found first, so that nothing is divided by a small number. At a half turn
     (w = 0) the first component that is not zero is positive. Source: S. W. Shepperd, 1978.
     """
-    R = np.asarray(rotation, dtype=np.float64)
+    (a, b, c), (d, e, f), (g, h, i) = np.asarray(rotation, dtype=np.float64).tolist()
     # 4 q q' from the elements of R; its rows are multiples of q
-    Q = np.array(
-        [
-            [1 + R[0, 0] + R[1, 1] + R[2, 2], R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]],
-            [R[2, 1] - R[1, 2], 1 + R[0, 0] - R[1, 1] - R[2, 2], R[0, 1] + R[1, 0], R[0, 2] + R[2, 0]],
-            [R[0, 2] - R[2, 0], R[0, 1] + R[1, 0], 1 - R[0, 0] + R[1, 1] - R[2, 2], R[1, 2] + R[2, 1]],
-            [R[1, 0] - R[0, 1], R[0, 2] + R[2, 0], R[1, 2] + R[2, 1], 1 - R[0, 0] - R[1, 1] + R[2, 2]],
-        ]
-    )
-    row = Q[int(np.argmax(np.diag(Q)))]
+    rows = [
+        [1 + a + e + i, h - f, c - g, d - b],
+        [h - f, 1 + a - e - i, b + d, c + g],
+        [c - g, b + d, 1 - a + e - i, f + h],
+        [d - b, c + g, f + h, 1 - a - e + i],
+    ]
+    row = rows[max(range(4), key=lambda k: rows[k][k])]
     sign = next(math.copysign(1.0, component) for component in row if component != 0.0)
-    unit: Array = sign * row / np.linalg.norm(row)
+    unit: Array = np.array([sign * component for component in row]) / np.linalg.norm(row)
     return unit + 0.0  # no -0.0 in what is stored
 
 

@@ -103,7 +103,7 @@ STAGES = (
     ),
     Stage(
         "resection",
-        5,
+        6,
         "exterior orientation",
         required=("photo", "refine", "topocentric"),
         optional=("digitize",),

@@ -7,12 +7,13 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 LINE = 1e-9
+SINGULAR = 1e-12
 NEARLY_REAL = 0.1
 SAME_SOLUTION = 1e-6
-POLISH_STEPS = 8
+POLISH_STEPS, LAST_STEP = 8, 1e-9
+"""After a Newton step of 1e-9 of the distances nothing is left to correct."""
 MOST_SOLUTIONS = 4
 PAIRS = np.array([[1, 2], [0, 2], [0, 1]])
-NOTHING = np.zeros((0, 3))
 
 
 def three_point_resections(rays: FloatArray, ground: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
@@ -37,9 +38,8 @@ def resections_of_triples(rays: FloatArray, ground: FloatArray) -> list[list[tup
     versines = 0.5 * np.sum((rays[:, i] - rays[:, j]) ** 2, axis=2)
     starts, of = _approximate_distances(squares[clear], 1 - versines[clear])
     distances = _polished(starts, clear[of], squares, versines)
-    kept = [_distinct(distances[clear[of] == t], squares[t], versines[t]) for t in range(len(rays))]
-    at = np.repeat(np.arange(len(rays)), [len(own) for own in kept])
-    R, S = _placed(np.concatenate([NOTHING, *kept])[:, :, None] * rays[at], ground[at])
+    at, kept = _distinct(distances, clear[of], squares, versines)
+    R, S = _placed(kept[:, :, None] * rays[at], ground[at])
     found: list[list[tuple[FloatArray, FloatArray]]] = [[] for _ in rays]
     for k in np.flatnonzero(np.isfinite(S).all(axis=1)):
         found[at[k]].append((R[k], S[k]))
@@ -103,37 +103,67 @@ def _polished(starts: FloatArray, of: NDArray[np.intp], squares: FloatArray, ver
 
     `of` (m,): the triple of each; the starts of one triple stop together.
     """
-    s = starts.copy()
-    rows, (i, j) = np.arange(3), PAIRS.T
+    s, (i, j) = starts.copy(), PAIRS.T
     going = np.arange(len(s))
     for _ in range(POLISH_STEPS):
         si, sj, versine = s[going][:, i], s[going][:, j], versines[of[going]]
         equations = _misclosures(s[going], squares[of[going]], versine)
-        design = np.zeros((len(going), 3, 3))
-        design[:, rows, i] = 2 * (si - sj + sj * versine)
-        design[:, rows, j] = 2 * (sj - si + si * versine)
-        # pseudo-inverse: least squares where two solutions meet and the equations are singular
-        step = (np.linalg.pinv(design, rcond=1e-12) @ equations[:, :, None])[:, :, 0]
+        step = _solved(2 * (si - sj + sj * versine), 2 * (sj - si + si * versine), equations)
         s[going] -= step
         moved, size = np.zeros(len(squares)), np.zeros(len(squares))
         np.maximum.at(moved, of[going], np.abs(step).max(axis=1))
         np.maximum.at(size, of[going], np.abs(s[going]).max(axis=1))
-        going = going[~(moved <= 1e-14 * size)[of[going]]]
+        going = going[~(moved <= LAST_STEP * size)[of[going]]]
         if not len(going):
             break
     return s
 
 
-def _distinct(distances: FloatArray, squares: FloatArray, versines: FloatArray) -> FloatArray:
-    """The four best of the positive distances (m, 3), without repetition."""
-    sound = distances[np.isfinite(distances).all(axis=1) & np.all(distances > 0, axis=1)]
-    errors = np.max(np.abs(_misclosures(sound, squares, versines)) / np.max(squares), axis=1, initial=0.0)
-    kept: list[list[float]] = []
-    for s in sound[np.argsort(errors, kind="stable")].tolist():
-        same = SAME_SOLUTION * max(s)
-        if len(kept) < MOST_SOLUTIONS and all(max(abs(a - b) for a, b in zip(s, t, strict=True)) > same for t in kept):
-            kept.append(s)
-    return np.array(kept).reshape(-1, 3)
+def _solved(by_i: FloatArray, by_j: FloatArray, y: FloatArray) -> FloatArray:
+    """x (m, 3) with by_i x_i + by_j x_j = y (m, 3), an equation for each pair of PAIRS.
+
+    By cofactors; least squares where two solutions meet and the equations are singular.
+    """
+    (a, c, e), (b, d, f), (y0, y1, y2) = by_i.T, by_j.T, y.T
+    one, other = a * d * e, b * c * f
+    determinant = one + other
+    x = np.stack(
+        [
+            b * f * y1 + a * d * y2 - d * f * y0,
+            d * e * y0 + b * c * y2 - b * e * y1,
+            c * f * y0 + a * e * y1 - a * c * y2,
+        ]
+    )
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x = (x / determinant).T
+    singular = np.flatnonzero(~(np.abs(determinant) > SINGULAR * (np.abs(one) + np.abs(other))))
+    if len(singular):
+        design = np.zeros((len(singular), 3, 3))
+        rows, (i, j) = np.arange(3), PAIRS.T
+        design[:, rows, i], design[:, rows, j] = by_i[singular], by_j[singular]
+        x[singular] = (np.linalg.pinv(design, rcond=SINGULAR) @ y[singular, :, None])[:, :, 0]
+    return np.asarray(x)
+
+
+def _distinct(
+    distances: FloatArray, of: NDArray[np.intp], squares: FloatArray, versines: FloatArray
+) -> tuple[NDArray[np.intp], FloatArray]:
+    """Triples and the four best of their positive distances (m, 3), without repetition; `of` (m,): their triples."""
+    sound = np.isfinite(distances).all(axis=1) & np.all(distances > 0, axis=1)
+    s, of = distances[sound], of[sound]
+    errors = np.max(np.abs(_misclosures(s, squares[of], versines[of])), axis=1, initial=0.0)
+    order = np.lexsort((errors, of))  # the best of a triple first
+    kept: list[tuple[int, list[float]]] = []
+    own: list[list[float]] = []
+    for t, one in zip(of[order].tolist(), s[order].tolist(), strict=True):
+        own = own if kept and kept[-1][0] == t else []
+        same = SAME_SOLUTION * max(one)
+        is_new = all(max(abs(a - b) for a, b in zip(one, other, strict=True)) > same for other in own)
+        if is_new and len(own) < MOST_SOLUTIONS:
+            own.append(one)
+            kept.append((t, one))
+    at = np.array([t for t, _ in kept], dtype=np.intp)
+    return at, np.array([one for _, one in kept]).reshape(-1, 3)
 
 
 def _misclosures(s: FloatArray, squares: FloatArray, versines: FloatArray) -> FloatArray:

@@ -30,7 +30,7 @@ from orient.solvers.resection_result import (
     resection_result,
 )
 from orient.solvers.resection_starts import is_same_place, starts_and_ends
-from orient.solvers.start_values import Candidate, Method, distinct, is_same, start_candidates
+from orient.solvers.start_values import Candidate, Method, distinct, start_candidates
 
 __all__ = ["Alternative", "IterationRecord", "Resection", "resect"]
 
@@ -43,7 +43,6 @@ UNLIKELY = 13.8
 FAR_BETTER = 100.0
 FITS, HOPELESS = 0.005, 0.05
 ROUNDING_SHARE = 1e-10
-SAME_LEAD = 1e-6
 MANY_POINTS = 2000
 """From so many points on, the iterations begin where a part of the points leads."""
 
@@ -167,16 +166,13 @@ def _worth_refining(task: Task, starts: Sequence[Candidate]) -> list[Candidate]:
 
 def _all_refined(task: Task, worth: Sequence[Candidate]) -> list[tuple[Refined, Termination]]:
     """The adjustment from each start; one for all starts with the same lead. That of many points begins there."""
-    centre = task.problem.known.given.mean(axis=0)
-    has_many = len(task.problem.image) >= MANY_POINTS
+    leads = leads_of(task, worth)
+    begins = [one.start for one in leads] if len(task.problem.image) >= MANY_POINTS else worth
     ends: list[tuple[Refined, Termination]] = []
-    of_leads: list[tuple[Candidate, tuple[Refined, Termination]]] = []
-    for candidate, lead in zip(worth, leads_of(task, worth), strict=True):
-        same = (end for other, end in of_leads if lead is not None and is_same(lead, other, centre, SAME_LEAD))
-        end = next(same, None) or _refined(task, lead if lead is not None and has_many else candidate)
-        ends.append(end)
-        if lead is not None and end[1] is Termination.CONVERGED:
-            of_leads.append((lead, end))
+    for number, lead in enumerate(leads):
+        shared = ends[lead.first] if lead.first < number else None
+        is_shared = shared is not None and shared[1] is Termination.CONVERGED
+        ends.append(shared if shared is not None and is_shared else _refined(task, begins[number]))
     return ends
 
 

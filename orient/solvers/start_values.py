@@ -6,7 +6,7 @@ from enum import StrEnum
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from orient.solvers.direct_linear import direct_linear_resection
 from orient.solvers.p3p import resections_of_triples
@@ -134,21 +134,28 @@ def distinct(
     candidates: Sequence[Candidate], ground: FloatArray, apart: float = 0.02, limit: int = 6
 ) -> list[Candidate]:
     """The first `limit` candidates that differ by more than `apart` in rotation [rad] or station [distance]."""
-    kept: list[Candidate] = []
-    centre = ground.mean(axis=0)
-    for candidate in candidates:
-        if len(kept) == limit:
+    places = [one.rotation for one in candidates], [one.station for one in candidates]
+    firsts = first_alike(*places, ground, apart, limit)
+    return [candidates[first] for first in dict.fromkeys(firsts) if first >= 0]
+
+
+def first_alike(rotations: ArrayLike, stations: ArrayLike, ground: FloatArray, apart: float, limit: int) -> list[int]:
+    """For each orientation the first of those kept that equals it within `apart`: rotation [rad], station [distance].
+
+    Kept is what equals none before it; -1 for what equals none of the first `limit`.
+    """
+    R, S = np.array(rotations).reshape(-1, 9), np.array(stations).reshape(-1, 3)
+    distance = np.linalg.norm(S - ground.mean(axis=0), axis=1)
+    firsts = np.full(len(R), -1)
+    for _ in range(limit):
+        left = np.flatnonzero(firsts < 0)
+        if not len(left):
             break
-        if not any(is_same(candidate, other, centre, apart) for other in kept):
-            kept.append(candidate)
-    return kept
-
-
-def is_same(one: Candidate, other: Candidate, centre: FloatArray, apart: float) -> bool:
-    """Are two orientations equal within `apart`: rotation [rad], station [distance to the ground]?"""
-    turned = np.linalg.norm(one.rotation - other.rotation) / np.sqrt(2)
-    moved = np.linalg.norm(one.station - other.station) / np.linalg.norm(one.station - centre)
-    return bool(turned <= apart and moved <= apart)
+        turned = np.linalg.norm(R[left] - R[left[0]], axis=1) / np.sqrt(2)
+        moved = np.linalg.norm(S[left] - S[left[0]], axis=1) / distance[left]
+        firsts[left[(turned <= apart) & (moved <= apart)]] = left[0]
+        firsts[left[0]] = left[0]
+    return firsts.tolist()
 
 
 def _far_apart(image: FloatArray, count: int) -> list[int]:

@@ -15,21 +15,21 @@ HEADER = """
 SELECT run_id, stage, version, stage_version, settings, input_digest, actor, reason, tool_version, started_at
 FROM main.stage_run WHERE run_id = ?
 """
+INPUTS = "SELECT role, input_run_id FROM main.run_input WHERE run_id = ? ORDER BY role"
+BEFORE = "SELECT record_digest FROM main.run_seal WHERE run_id < ? ORDER BY run_id DESC LIMIT 1"
+SELECTED_BEFORE = "SELECT record_digest FROM main.selection WHERE selection_id < ? ORDER BY selection_id DESC LIMIT 1"
 
 
 def run_record_digest(connection: Connection, seal: Sequence[Scalar]) -> str:
     """Digest over header, inputs and seal; `seal` = run_id ... sealed_at, in stored order without the digest."""
     run_id = seal[0]
     header = execute(connection, HEADER, (run_id,)).fetchone()
-    inputs = execute(connection, "SELECT role, input_run_id FROM main.run_input WHERE run_id = ? ORDER BY role", [run_id])
-    before = scalar(
-        connection, "SELECT record_digest FROM main.run_seal WHERE run_id < ? ORDER BY run_id DESC LIMIT 1", (run_id,)
-    )
+    inputs = execute(connection, INPUTS, (run_id,)).fetchall()
+    before = scalar(connection, BEFORE, (run_id,))
     return record_digest("run", list(header), [list(row) for row in inputs], list(seal), before)
 
 
 def selection_record_digest(connection: Connection, row: Sequence[Scalar]) -> str:
     """Digest over a selection; `row` = selection_id ... after_run_id, in stored order without the digest."""
-    query = "SELECT record_digest FROM main.selection WHERE selection_id < ? ORDER BY selection_id DESC LIMIT 1"
-    before = scalar(connection, query, (row[0],))
+    before = scalar(connection, SELECTED_BEFORE, (row[0],))
     return record_digest("selection", list(row), before)

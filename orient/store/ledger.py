@@ -107,9 +107,8 @@ def _insert_inputs(connection: Connection, run_id: int, new: NewRun, own_digest:
 
 def _compare(stored: Mapping[str, StoredTable], meant: Content) -> None:
     """Every value as meant; the types of stored values are those of their columns, the tables are STRICT."""
-    for name, table in stored.items():
-        expected = meant.tables[name].chunks() if name in meant.tables else ()
-        pairs = zip_longest(chain.from_iterable(table.chunks()), chain.from_iterable(expected))
+    for name, rows in meant.tables.items():
+        pairs = zip_longest(chain.from_iterable(stored[name].chunks()), chain.from_iterable(rows.chunks()))
         if not all(starmap(eq, pairs)):
             raise StorageError("What was read back is not what was written. Nothing was stored.", "Check the disk.")
 

@@ -82,9 +82,9 @@ def runs_where(connection: Connection, condition: str, parameters: tuple[Any, ..
 
 
 def _run_info(row: Sequence[Any], inputs: Mapping[str, int]) -> RunInfo:
-    """`row`: the columns of RUNS, which are the fields but the last."""
-    run_id, stage, version, stage_version, settings, *rest = row
-    return RunInfo(run_id, stage, version, stage_version, settings_from_json(settings, run_id), *rest, inputs)
+    """`row`: the columns of RUNS, which are the fields but the last, with the settings as text."""
+    run_id, settings = row[0], row[4]
+    return RunInfo(*row[:4], settings_from_json(settings, run_id), *row[5:], inputs)
 
 
 def _inputs(connection: Connection, run_ids: Sequence[int]) -> dict[int, dict[str, int]]:
