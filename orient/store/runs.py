@@ -83,8 +83,9 @@ def runs_where(connection: Connection, condition: str, parameters: tuple[Any, ..
 
 def _run_info(row: Sequence[Any], inputs: Mapping[str, int]) -> RunInfo:
     """`row`: the columns of RUNS, which are the fields but the last, with the settings as text."""
-    run_id, settings = row[0], row[4]
-    return RunInfo(*row[:4], settings_from_json(settings, run_id), *row[5:], inputs)
+    values = [*row, inputs]
+    values[4] = settings_from_json(row[4], row[0])
+    return RunInfo(*values)
 
 
 def _inputs(connection: Connection, run_ids: Sequence[int]) -> dict[int, dict[str, int]]:
