@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orient.solvers.ground_covariance import error_ellipse
+from orient.solvers.ground_covariance import error_ellipses
 from orient.units import DEGREES_PER_RADIAN
 
 Array = NDArray[np.float64]
@@ -36,9 +36,7 @@ class GroundPlaces:
     @property
     def ellipses(self) -> Array:
         """(n, 3): semi-axes a >= b [m] of the standard error ellipse of the plan, azimuth of a from X to Y [deg]."""
-        found = [error_ellipse(K) if np.isfinite(K).all() else None for K in self.plan]
-        rows = [(np.nan,) * 3 if one is None else (one.a, one.b, one.azimuth * DEGREES_PER_RADIAN) for one in found]
-        return np.array(rows, dtype=np.float64).reshape(-1, 3)
+        return error_ellipses(self.plan) * [1.0, 1.0, DEGREES_PER_RADIAN]
 
 
 @dataclass(frozen=True, slots=True)

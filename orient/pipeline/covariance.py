@@ -101,7 +101,7 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
 
 def _map_rows(
     photo: Row, meeting: Meeting, oriented: Oriented, frame: Frame, settings: Settings
-) -> tuple[list[Row], list[Event]]:
+) -> tuple[Sequence[Row], list[Event]]:
     """The map of the frame, at the mean height of the points and for a reading like theirs; none for a folded lens."""
     side, height_sigma = int(settings["map_side"] or 0), float(settings["map_height_sigma_m"] or 0.0)
     points = frame.right_handed(meeting.points[meeting.met])

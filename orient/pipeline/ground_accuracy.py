@@ -1,8 +1,10 @@
 """Rows of `ground_accuracy`: a grid over the frame, how sure a new ground point would be at each place of it."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from orient.geometry.collinearity import image_ray
 from orient.geometry.frame_centre import frame_centre
@@ -11,12 +13,11 @@ from orient.pipeline.frames import Frame
 from orient.pipeline.ground_budget import SeenImage
 from orient.pipeline.oriented import Oriented
 from orient.pipeline.plan_covariance import ground_columns, horizon, image_columns, plan_covariance
-from orient.pipeline.tables import Array, by_names, required
+from orient.pipeline.tables import Array, by_names, nullable, required
 from orient.solvers.ground_covariance import ray_at_height, ray_at_height_jacobians
-from orient.store.format import current_format
 from orient.values import Columns, Row
 
-TABLE = "ground_accuracy"
+IntArray = NDArray[np.int64]
 LARGEST = 1e14
 """Covariance [m^2] of a place that sees no ground but the horizon; the file holds numbers below 1e15."""
 UP = np.array([0.0, 0.0, 1.0])
@@ -40,7 +41,7 @@ def map_rows(
     height: float,
     reading: Array,
     height_sigma: float,
-) -> list[Row]:
+) -> Columns:
     """One row for each of `places` (side^2, 2) [mm]; ground columns are None where the ray meets no ground.
 
     `through`: the places through camera and interior orientation, whose errors all of them share.
@@ -58,16 +59,25 @@ def map_rows(
         through.reading(np.tile(reading, (len(places), 1, 1)))[met],
         np.full(len(met), height_sigma**2),
     )
-    stored = frame.right_handed(points[met])
     on_ground = ground_columns(plan)
     is_small = np.max(np.abs(list(on_ground.values())), axis=0) < LARGEST
-    rows = Columns({**by_names(("X_m", "Y_m", "Z_m"), stored), **on_ground, **image_columns(plan)})
-    found = {i: row for i, row, small in zip(met.tolist(), rows, is_small, strict=True) if small}
-    side, unseen = round(len(places) ** 0.5), dict.fromkeys(_columns())
-    return [
-        {**unseen, "line": i // side + 1, "place": i % side + 1, "x_mm": float(x), "y_mm": float(y), **found.get(i, {})}
-        for i, (x, y) in enumerate(places)
-    ]
+    found = {**by_names(("X_m", "Y_m", "Z_m"), frame.right_handed(points[met])), **on_ground, **image_columns(plan)}
+    line, place = np.divmod(np.arange(len(places)), round(len(places) ** 0.5))
+    return Columns(
+        {
+            "line": line + 1,
+            "place": place + 1,
+            **by_names(("x_mm", "y_mm"), places),
+            **{name: _at_places(values[is_small], met[is_small], len(places)) for name, values in found.items()},
+        }
+    )
+
+
+def _at_places(values: Array, at: IntArray, count: int) -> Any:
+    """A column of all places, in which the others are not known."""
+    column = np.full(count, np.nan)
+    column[at] = values
+    return nullable(column)
 
 
 def seen_ground(
@@ -80,7 +90,3 @@ def seen_ground(
     geographic = frame.meet(station, image_ray(places, rotation, f_mm), height)
     up_in_frame = frame.from_horizon(*geographic[:, :2].T)[:, :, 2]
     return frame.right_handed(frame.from_geographic(*geographic.T)), frame.right_handed(up_in_frame)
-
-
-def _columns() -> list[str]:
-    return [name for name in current_format().tables[TABLE].names if name != "run_id"]

@@ -6,7 +6,7 @@ import numpy as np
 
 from orient.pipeline.frames import Frame
 from orient.pipeline.tables import Array, by_names
-from orient.solvers.ground_covariance import RayJacobians, error_ellipse, ground_covariance
+from orient.solvers.ground_covariance import RayJacobians, error_ellipses, ground_covariance
 from orient.units import DEGREES_PER_RADIAN
 
 ON_GROUND = ("XX", "XY", "YY")
@@ -92,9 +92,5 @@ def _part(name: str, axes: tuple[str, str, str], unit: str, covariance: Array) -
 
 
 def _ellipse(covariance: Array, unit: str, angle: str) -> dict[str, Array]:
-    ellipses = [error_ellipse(K) for K in covariance]
-    return {
-        f"ellipse_a_{unit}": np.array([ellipse.a for ellipse in ellipses]),
-        f"ellipse_b_{unit}": np.array([ellipse.b for ellipse in ellipses]),
-        f"ellipse_{angle}_deg": np.array([ellipse.azimuth for ellipse in ellipses]) * DEGREES_PER_RADIAN,
-    }
+    a, b, azimuth = error_ellipses(covariance).T
+    return {f"ellipse_a_{unit}": a, f"ellipse_b_{unit}": b, f"ellipse_{angle}_deg": azimuth * DEGREES_PER_RADIAN}

@@ -129,7 +129,7 @@ STAGES = (
     ),
     Stage(
         "covariance",
-        5,
+        6,
         "covariance of ground points, K = C Q C'",
         required=("photo", "refine", "topocentric", "resection"),
         settings={"pairs": False, "map_side": 11, "map_height_sigma_m": 0.0},

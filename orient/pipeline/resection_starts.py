@@ -7,11 +7,11 @@ import numpy as np
 
 from orient.geometry.rotation import quaternion_from_matrix
 from orient.pipeline.frames import Frame
-from orient.pipeline.resection_rows import QUATERNION, Rows
-from orient.pipeline.tables import Array, named
+from orient.pipeline.resection_rows import QUATERNION
+from orient.pipeline.tables import Array, by_names, named
 from orient.solvers.resection import Resection
 from orient.solvers.resection_result import End
-from orient.values import Row
+from orient.values import Columns, Row
 
 STATION_M = ("X_S_m", "Y_S_m", "Z_S_m")
 LARGEST = 1e15
@@ -27,28 +27,25 @@ def start_tables(
     }
 
 
-def _candidate_rows(found: Resection, frame: Frame, points: Sequence[str], ground: Array) -> Rows:
-    height = float(ground[:, 2].mean())
-    rows: Rows = []
-    for number, start in enumerate(found.starts, 1):
-        candidate = start.candidate
-        station = frame.right_handed(candidate.station)
-        rows.append(
-            {
-                "candidate": number,
-                "method": candidate.method.value,
-                "is_reversed": int(candidate.is_reversed),
-                "points": ", ".join(points[i] for i in candidate.triple),
-                **named(STATION_M, station),
-                **named(QUATERNION, quaternion_from_matrix(candidate.rotation)),
-                "rms_mm": _storable(candidate.rms_mm),
-                "n_points": len(points),
-                "n_in_front": candidate.n_in_front,
-                "height_above_m": float(station[2]) - height,
-                "solution": None if start.end is None else start.end + 1,
-            }
-        )
-    return rows
+def _candidate_rows(found: Resection, frame: Frame, points: Sequence[str], ground: Array) -> Columns:
+    candidates = [start.candidate for start in found.starts]
+    stations = frame.right_handed(np.array([one.station for one in candidates]).reshape(-1, 3))
+    quaternions = np.array([quaternion_from_matrix(one.rotation) for one in candidates]).reshape(-1, 4)
+    return Columns(
+        {
+            "candidate": list(range(1, len(candidates) + 1)),
+            "method": [one.method.value for one in candidates],
+            "is_reversed": [int(one.is_reversed) for one in candidates],
+            "points": [", ".join(points[i] for i in one.triple) for one in candidates],
+            **by_names(STATION_M, stations),
+            **by_names(QUATERNION, quaternions),
+            "rms_mm": [_storable(one.rms_mm) for one in candidates],
+            "n_points": [len(points)] * len(candidates),
+            "n_in_front": [one.n_in_front for one in candidates],
+            "height_above_m": stations[:, 2] - float(ground[:, 2].mean()),
+            "solution": [None if start.end is None else start.end + 1 for start in found.starts],
+        }
+    )
 
 
 def _solution_row(number: int, end: End, frame: Frame, ground: Array) -> Row:

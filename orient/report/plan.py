@@ -8,7 +8,7 @@ import numpy as np
 from orient.report.text import console, one_line, print_json, print_table
 from orient.solvers.control_effects import Effect
 from orient.solvers.functional_iteration import WEAK_CORRELATION, WEAK_RATIO
-from orient.solvers.ground_covariance import Ellipse, error_ellipse
+from orient.solvers.ground_covariance import error_ellipses
 from orient.solvers.planning import Plan
 from orient.solvers.predicted_ground import ground_by_use
 from orient.units import ARC_SECONDS_PER_RADIAN, DEGREES_PER_RADIAN, listed
@@ -152,17 +152,19 @@ def _map(plan: Plan) -> tuple[list[str], list[list[str]]]:
 
 def _largest_ellipse(plan: Plan) -> str:
     ellipses = _ellipses(plan)
-    i = max(ellipses, key=lambda i: _rounded(ellipses[i].a))
-    (x, y), worst = plan.ground.image[i], ellipses[i]
+    i = max(ellipses, key=lambda i: _rounded(ellipses[i][0]))
+    (x, y), (a, b, azimuth) = plan.ground.image[i], ellipses[i]
     return (
-        f"Largest error ellipse: {_short(worst.a)} x {_short(worst.b)} m at x {x:g}, y {y:g} mm, its long axis "
-        f"{worst.azimuth * DEGREES_PER_RADIAN:.0f} degrees from X towards Y."
+        f"Largest error ellipse: {_short(a)} x {_short(b)} m at x {x:g}, y {y:g} mm, its long axis "
+        f"{azimuth:.0f} degrees from X towards Y."
     )
 
 
-def _ellipses(plan: Plan) -> dict[int, Ellipse]:
-    total = plan.ground.covariance.total
-    return {int(i): error_ellipse(total[i, :2, :2]) for i in np.flatnonzero(plan.ground.met)}
+def _ellipses(plan: Plan) -> dict[int, list[float]]:
+    """Semi-axes [m] and azimuth [deg] of the points that are met."""
+    met = np.flatnonzero(plan.ground.met)
+    found = error_ellipses(plan.ground.covariance.total[met, :2, :2]) * [1.0, 1.0, DEGREES_PER_RADIAN]
+    return dict(zip(met.tolist(), found.tolist(), strict=True))
 
 
 def _most_needed(plan: Plan) -> list[Effect]:
@@ -266,7 +268,7 @@ def _points(plan: Plan) -> list[dict[str, object]]:
 def _places(plan: Plan) -> list[dict[str, object]]:
     ground, parts = plan.ground, plan.ground.covariance
     content: list[dict[str, object]] = []
-    for i, ellipse in _ellipses(plan).items():
+    for i, (a, b, azimuth) in _ellipses(plan).items():
         total = parts.total[i]
         content.append(
             {
@@ -274,9 +276,9 @@ def _places(plan: Plan) -> list[dict[str, object]]:
                 **dict(zip(("X_m", "Y_m"), ground.ground[i, :2].tolist(), strict=True)),
                 "sigma_X_m": math.sqrt(total[0, 0]),
                 "sigma_Y_m": math.sqrt(total[1, 1]),
-                "ellipse_a_m": ellipse.a,
-                "ellipse_b_m": ellipse.b,
-                "ellipse_azimuth_deg": ellipse.azimuth * DEGREES_PER_RADIAN,
+                "ellipse_a_m": a,
+                "ellipse_b_m": b,
+                "ellipse_azimuth_deg": azimuth,
                 "orientation_m2": parts.orientation[i, :2, :2].tolist(),
                 "reading_m2": parts.reading[i, :2, :2].tolist(),
                 "height_m2": parts.height[i, :2, :2].tolist(),

@@ -54,15 +54,6 @@ class GroundCovariance:
         return self.orientation + self.reading + self.height
 
 
-@dataclass(frozen=True, slots=True)
-class Ellipse:
-    """Standard error ellipse: semi-axes a >= b, azimuth of a from the first axis towards the second, [0, pi)."""
-
-    a: float
-    b: float
-    azimuth: float
-
-
 def ray_at_height(
     image: FloatArray, station: FloatArray, rotation: FloatArray, f_mm: float, heights: FloatArray, up: FloatArray
 ) -> FloatArray:
@@ -232,12 +223,14 @@ def pair_covariance(factor: FloatArray, i: NDArray[np.intp], j: NDArray[np.intp]
     return np.asarray(factor[i] @ factor[j].transpose(0, 2, 1))
 
 
-def error_ellipse(covariance: FloatArray) -> Ellipse:
-    """a^2, b^2 = (q11 + q22)/2 +- sqrt(((q11 - q22)/2)^2 + q12^2), azimuth = atan2(2 q12, q11 - q22) / 2.
+def error_ellipses(covariances: FloatArray) -> FloatArray:
+    """a^2, b^2 = (q11 + q22)/2 +- sqrt(((q11 - q22)/2)^2 + q12^2), azimuth = atan2(2 q12, q11 - q22) / 2 in [0, pi).
 
-    `covariance` (2, 2). A circle and a point have azimuth 0; rounding below zero counts as b = 0.
+    `covariances` (n, 2, 2); (n, 3): semi-axes a >= b of the standard error ellipses, azimuth of a from the first axis
+    towards the second. A circle and a point have azimuth 0; rounding below zero counts as b = 0; NaN stays NaN.
     """
-    q11, q12, q22 = float(covariance[0, 0]), float(covariance[0, 1]), float(covariance[1, 1])
-    mean, radius = 0.5 * (q11 + q22), math.hypot(0.5 * (q11 - q22), q12)
-    azimuth = 0.5 * math.atan2(2 * q12, q11 - q22) % math.pi if radius > 0 else 0.0
-    return Ellipse(math.sqrt(max(mean + radius, 0.0)), math.sqrt(max(mean - radius, 0.0)), azimuth)
+    q11, q12, q22 = covariances[:, 0, 0], covariances[:, 0, 1], covariances[:, 1, 1]
+    mean, radius = 0.5 * (q11 + q22), np.hypot(0.5 * (q11 - q22), q12)
+    azimuth = 0.5 * np.arctan2(2 * q12, q11 - q22) % math.pi
+    a, b = np.sqrt(np.maximum(mean + radius, 0.0)), np.sqrt(np.maximum(mean - radius, 0.0))
+    return np.column_stack([a, b, np.where(radius > 0, azimuth, 0.0 * radius)])

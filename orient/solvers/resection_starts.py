@@ -1,7 +1,6 @@
 """Which start led to which end of a resection: the record that lets a stranger judge the choice."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -33,7 +32,7 @@ def starts_and_ends(
         if _place_of(trial, kept) is None:
             kept.append(trial)
     led_to = {id(one): _place_of(trial, kept) for one, trial in zip(worth, trials, strict=True)}
-    starts = [Start(replace(one, station=one.station + task.origin), led_to.get(id(one))) for one in candidates]
+    starts = [Start(one.at(one.station + task.origin), led_to.get(id(one))) for one in candidates]
     as_good = [alternative.vPv for alternative in alternatives if alternative.is_as_good]
     return tuple(starts), tuple(_end(task, trial, trial is best or _vPv(trial) in as_good) for trial in kept)
 

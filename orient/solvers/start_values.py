@@ -58,6 +58,11 @@ class Candidate:
     method: Method
     is_reversed: bool = False
 
+    def at(self, station: FloatArray) -> "Candidate":
+        """The same with its station in another unit or about another origin."""
+        judged = self.rms_mm, self.n_in_front, self.all_in_front
+        return Candidate(self.rotation, station, *judged, self.triple, self.method, self.is_reversed)
+
 
 def start_candidates(
     image: FloatArray, ground: FloatArray, f_mm: float, approximate_station: FloatArray | None = None
@@ -83,7 +88,7 @@ def start_candidates(
         for candidate in distinct(candidates, scaled, limit=MIRRORED)
     ]
     candidates += [replace(one, is_reversed=True) for one in _judged(reversed_forms, image, scaled, f_mm)]
-    return [replace(candidate, station=centre + size * candidate.station) for candidate in _best_first(candidates)]
+    return [candidate.at(centre + size * candidate.station) for candidate in _best_first(candidates)]
 
 
 def _closed_forms(image: FloatArray, ground: FloatArray, f_mm: float, near: FloatArray | None) -> list[Form]:

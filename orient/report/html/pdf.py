@@ -1,6 +1,9 @@
 """The report as PDF, laid out for A4 by WeasyPrint; the letters come with matplotlib, so every machine has them."""
 
 import hashlib
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +12,7 @@ from orient.report.html.render import NEEDED, make_report, require_libraries
 
 FONTS = {"normal": "DejaVuSans.ttf", "bold": "DejaVuSans-Bold.ttf"}
 FACE = '@font-face {{ font-family: "DejaVu Sans"; font-weight: {weight}; src: url("{address}"); }}'
+CLOCK = "SOURCE_DATE_EPOCH"
 
 
 def make_pdf(path: Path, language: str) -> bytes:
@@ -26,8 +30,22 @@ def make_pdf(path: Path, language: str) -> bytes:
     faces = CSS(string=_faces(), font_config=fonts, url_fetcher=_only_fonts)
     document = HTML(string=page.decode("utf-8"), url_fetcher=_nothing)
     identifier = hashlib.sha256(page).hexdigest()[:32].encode("ascii")
-    content = document.write_pdf(stylesheets=[faces], font_config=fonts, pdf_identifier=identifier)
+    with _without_clock():
+        content = document.write_pdf(stylesheets=[faces], font_config=fonts, pdf_identifier=identifier)
     return bytes(content)
+
+
+@contextmanager
+def _without_clock() -> Iterator[None]:
+    """Where HarfBuzz cannot take the letters out of a font, fontTools does, and writes the time into it."""
+    before = os.environ.get(CLOCK)
+    os.environ[CLOCK] = "0"
+    try:
+        yield
+    finally:
+        os.environ.pop(CLOCK)
+        if before is not None:
+            os.environ[CLOCK] = before
 
 
 def _faces() -> str:
