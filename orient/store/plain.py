@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import islice
 from operator import le
 from types import NoneType
@@ -21,7 +22,7 @@ CHUNK = 512
 EVENT_FIELDS = ("severity", "code", "subject", "message", "value")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class PlainTable:
     """Rows of one table of a run as they will be stored, in the order of the primary key.
 
@@ -43,10 +44,19 @@ class PlainTable:
         return Columns(dict(zip(self.names, self.columns, strict=True)))
 
     def chunks(self) -> Iterator[list[tuple[Scalar, ...]]]:
-        """All rows, some thousand at a time."""
-        for begin in range(0, len(self), CHUNK):
-            parts = [as_list(values[begin : begin + CHUNK]) for values in self.columns]
-            yield list(zip(*parts, strict=True))
+        """All rows, some hundred at a time; those of a small table are kept for the next who asks."""
+        if self._first:
+            yield self._first
+        for begin in range(CHUNK, len(self), CHUNK):
+            yield self._chunk(begin)
+
+    @cached_property
+    def _first(self) -> list[tuple[Scalar, ...]]:
+        return self._chunk(0)
+
+    def _chunk(self, begin: int) -> list[tuple[Scalar, ...]]:
+        parts = [as_list(values[begin : begin + CHUNK]) for values in self.columns]
+        return list(zip(*parts, strict=True))
 
 
 def _has_values(values: Any) -> bool:
