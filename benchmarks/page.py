@@ -1,6 +1,7 @@
 """docs/performance.md and its figure, from what was measured."""
 
 import platform
+import re
 from collections.abc import Sequence
 from importlib import metadata
 from pathlib import Path
@@ -27,6 +28,7 @@ PACKAGES = (
     "numpy", "scipy", "sqlalchemy", "numba", "poselib", "opencv-python-headless", "gtsam", "pyproj", "pymap3d",
 )  # fmt: skip
 LINEAR = 1.1
+SIZE = re.compile(r",? (n = )?\d+")
 
 
 def write(done: Sequence[Timed], memory: Sequence[tuple[int, float, float]], batch: str, root: Path) -> None:
@@ -51,8 +53,16 @@ def _table(done: Sequence[Timed]) -> str:
     for timed in done:
         lines += [_row(timed, name) for name in timed.seconds if name != timed.anchor]
         lines.append(f"| | *{timed.anchor}* | {_time(timed.median(timed.anchor))} | 1 | | |")
-    notes = [f"* {timed.task.name}: {timed.task.note}." for timed in done if timed.task.note]
-    return "\n".join([*lines, "", *dict.fromkeys(notes), "", ""])
+    return "\n".join([*lines, "", *_notes(done), "", ""])
+
+
+def _notes(done: Sequence[Timed]) -> list[str]:
+    """One line for each note; that of several rows under their name without the size."""
+    rows: dict[str, list[str]] = {}
+    for timed in done:
+        if timed.task.note:
+            rows.setdefault(timed.task.note, []).append(timed.task.name)
+    return [f"* {names[0] if len(names) == 1 else SIZE.sub('', names[0])}: {note}." for note, names in rows.items()]
 
 
 def _row(timed: Timed, name: str) -> str:
