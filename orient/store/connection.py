@@ -3,7 +3,8 @@
 import os
 import sqlite3
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal
 
@@ -20,6 +21,8 @@ HEAP_LIMIT_BYTES = 512 * 2**20
 SPILL = "PRAGMA cache_spill=ON"
 ALONE = ("PRAGMA journal_mode=MEMORY", "PRAGMA synchronous=OFF")
 
+CACHE_SIZE = -2000
+"""SQLite's own: 2000 kB."""
 SPILL_PAGES = 65_535
 """256 MB of pages of 4096 bytes: a larger append goes through the file, so that its memory is bounded. Not 65 536: of
 that SQLite keeps eight bits to tell on from off."""
@@ -131,6 +134,15 @@ def let_spill(connection: Connection) -> None:
     SQLite passes it over within a transaction, so it goes through the driver.
     """
     driver_of(connection).execute(SPILL).fetchall()
+
+
+@contextmanager
+def room_to_append(connection: Connection) -> Iterator[None]:
+    """A page cache as large as an append may grow before it spills: beyond its size every new page costs a search."""
+    pages = scalar(connection, "PRAGMA main.cache_spill")
+    execute(connection, f"PRAGMA main.cache_size={int(pages)}")
+    yield  # after an error the connection is dropped
+    execute(connection, f"PRAGMA main.cache_size={CACHE_SIZE}")
 
 
 def compact_into(source: Path, target: Path) -> None:

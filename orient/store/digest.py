@@ -54,7 +54,7 @@ class KeptRows(Protocol):
     @property
     def used(self) -> Sequence[str]: ...
     def __len__(self) -> int: ...
-    def chunks(self) -> Iterable[list[tuple[Scalar, ...]]]: ...
+    def column_chunks(self) -> Iterable[list[Sequence[Scalar]]]: ...
 
 
 def rows_digest(tables: Mapping[str, KeptRows]) -> str:
@@ -80,18 +80,17 @@ def _add_table(digest: "hashlib._Hash", table: KeptRows) -> None:
     places = [table.names.index(name) for name in used]
     digest.update(f'{{"columns":{canonical(used)},"rows":['.encode("ascii"))
     separator = ""
-    for rows in table.chunks():
-        digest.update((separator + _rows_text(rows, places)).encode("ascii"))
+    for columns in table.column_chunks():
+        digest.update((separator + _rows_text(columns, places)).encode("ascii"))
         separator = ","
     digest.update(b"]}")
 
 
-def _rows_text(rows: list[tuple[Scalar, ...]], places: Sequence[int]) -> str:
+def _rows_text(columns: Sequence[Sequence[Scalar]], places: Sequence[int]) -> str:
     """`canonical` of each row, column by column: what is done for a whole column costs little for a value."""
-    columns = list(zip(*rows, strict=True))
-    patterns, tokens = zip(*(_tokens(columns[place]) for place in places), strict=True) if places else ((), ())
     if not places:
-        return ",".join(["[]"] * len(rows))
+        return ",".join(["[]"] * len(columns[0]))
+    patterns, tokens = zip(*(_tokens(columns[place]) for place in places), strict=True)
     pattern = f"[{','.join(patterns)}]"
     return ",".join(map(pattern.__mod__, zip(*tokens, strict=True)))
 

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import islice
 from operator import le
 from types import NoneType
@@ -22,7 +21,7 @@ CHUNK = 512
 EVENT_FIELDS = ("severity", "code", "subject", "message", "value")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class PlainTable:
     """Rows of one table of a run as they will be stored, in the order of the primary key.
 
@@ -44,19 +43,14 @@ class PlainTable:
         return Columns(dict(zip(self.names, self.columns, strict=True)))
 
     def chunks(self) -> Iterator[list[tuple[Scalar, ...]]]:
-        """All rows, some hundred at a time; those of a small table are kept for the next who asks."""
-        if self._first:
-            yield self._first
-        for begin in range(CHUNK, len(self), CHUNK):
-            yield self._chunk(begin)
+        """All rows, some hundred at a time."""
+        for columns in self.column_chunks():
+            yield list(zip(*columns, strict=True))
 
-    @cached_property
-    def _first(self) -> list[tuple[Scalar, ...]]:
-        return self._chunk(0)
-
-    def _chunk(self, begin: int) -> list[tuple[Scalar, ...]]:
-        parts = [as_list(values[begin : begin + CHUNK]) for values in self.columns]
-        return list(zip(*parts, strict=True))
+    def column_chunks(self) -> Iterator[list[Sequence[Scalar]]]:
+        """The same by column."""
+        for begin in range(0, len(self), CHUNK):
+            yield [as_list(values[begin : begin + CHUNK]) for values in self.columns]
 
 
 def _has_values(values: Any) -> bool:

@@ -2,14 +2,14 @@
 
 import sqlite3
 from array import array
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 from sqlalchemy import Connection
 
-from orient.store.connection import driver_of
+from orient.store.connection import driver_of, room_to_append
 from orient.store.format import Format, TableShape
 from orient.store.plain import CHUNK, PlainTable
 from orient.store.stage_tables import EVENT_TABLE, STAGE_TABLES
@@ -21,14 +21,15 @@ Rows = list[tuple[Scalar, ...]]
 def insert_rows(connection: Connection, run_id: int, tables: Mapping[str, PlainTable], form: Format) -> int:
     """Store the rows of a run; the number of rows."""
     driver = driver_of(connection)
-    for table, rows in tables.items():
-        names = ", ".join(f'"{name}"' for name in ("run_id", *rows.names))
-        marks = ", ".join("?" * len(rows.names))
-        statement = f"INSERT INTO {table} ({names}) VALUES ({int(run_id)}, {marks})"
-        has_bytes = _has_bytes(form.tables[table])
-        for some in rows.chunks():
-            # bytes are fetched as they are stored: one part of an image in memory at a time
-            driver.executemany(statement, (tuple(map(_fetched, row)) for row in some) if has_bytes else some)
+    with room_to_append(connection):
+        for table, rows in tables.items():
+            names = ", ".join(f'"{name}"' for name in ("run_id", *rows.names))
+            marks = ", ".join("?" * len(rows.names))
+            statement = f"INSERT INTO {table} ({names}) VALUES ({int(run_id)}, {marks})"
+            has_bytes = _has_bytes(form.tables[table])
+            for some in rows.chunks():
+                # bytes are fetched as they are stored: one part of an image in memory at a time
+                driver.executemany(statement, (tuple(map(_fetched, row)) for row in some) if has_bytes else some)
     return sum(map(len, tables.values()))
 
 
@@ -65,7 +66,7 @@ class StoredTable:
         return [name for name, count in zip(self.names, self._counts[1:], strict=True) if count]
 
     def chunks(self) -> Iterator[Rows]:
-        """All rows, some thousand at a time."""
+        """All rows, some hundred at a time."""
         names = ", ".join(f'"{name}"' for name in self.names)
         order = ", ".join(f'"{name}"' for name in self.shape.key)
         query = f"SELECT {names} FROM main.{self.table} WHERE run_id = ? ORDER BY {order}"
@@ -79,6 +80,11 @@ class StoredTable:
             self.seen(len(rows))
             yield rows
 
+    def column_chunks(self) -> Iterator[list[Sequence[Scalar]]]:
+        """The same by column."""
+        for rows in self.chunks():
+            yield list(zip(*rows, strict=True))
+
     def dicts(self) -> list[dict[str, Scalar]]:
         return [dict(zip(self.names, row, strict=True)) for rows in self.chunks() for row in rows]
 
@@ -88,8 +94,8 @@ class StoredTable:
         columns: list[Any] = [array("d") if kinds[name] == "REAL" else [] for name in self.names]
         words: dict[Scalar, Scalar] = {}
         words_of = [words if kinds[name] == "TEXT" else None for name in self.names]
-        for rows in self.chunks():
-            columns = list(map(_extended, columns, zip(*rows, strict=True), words_of))
+        for some in self.column_chunks():
+            columns = list(map(_extended, columns, some, words_of))
         return Columns(dict(zip(self.names, columns, strict=True)))
 
 
@@ -102,7 +108,7 @@ def stored_tables(
     return {name: StoredTable(driver, run_id, name, form.tables[name], seen) for name in names}
 
 
-def _extended(values: Any, some: tuple[Any, ...], words: dict[Any, Any] | None) -> Any:
+def _extended(values: Any, some: Sequence[Any], words: dict[Any, Any] | None) -> Any:
     """The column with some values more: an array while all its numbers are known, a list from the first NULL on."""
     if isinstance(values, array):
         try:

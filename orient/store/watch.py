@@ -25,8 +25,8 @@ NEVER = frozenset(
 FORBIDDEN_FUNCTIONS = frozenset({"load_extension", "fts3_tokenizer", "readfile", "writefile", "edit"})
 OWN_PRAGMAS = frozenset(
     {
-        "data_version", "foreign_key_check", "integrity_check", "journal_mode", "page_count", "page_size",
-        "query_only", "quick_check", "schema_version", "user_version",
+        "cache_size", "cache_spill", "data_version", "foreign_key_check", "integrity_check", "journal_mode",
+        "page_count", "page_size", "query_only", "quick_check", "schema_version", "user_version",
     }
 )  # fmt: skip
 ASKED_PRAGMAS = frozenset({"table_info", "table_xinfo", "table_list", "index_list", "index_info"})
