@@ -1,6 +1,7 @@
 """Rows of the project file to arrays and back; the one place where None becomes NaN and NumPy scalars become floats."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import combinations_with_replacement
 from typing import Any
 
 import numpy as np
@@ -122,16 +123,14 @@ def group(rows: Sequence[Row], column: str) -> dict[str, list[Row]]:
 
 def packed_rows(matrix: Array) -> list[dict[str, Scalar]]:
     """The upper triangle as rows with IJ, i, j from 1 (seed 000, equation (10)) and the value."""
+    pairs, values = packed_pairs(len(matrix)), pack_upper(matrix).tolist()
     return [
-        {"IJ": IJ, "i": i, "j": j, "value": float(value)}
-        for IJ, ((i, j), value) in enumerate(zip(packed_pairs(len(matrix)), pack_upper(matrix), strict=True), 1)
+        {"IJ": IJ, "i": i, "j": j, "value": value}
+        for IJ, ((i, j), value) in enumerate(zip(pairs, values, strict=True), 1)
     ]
 
 
 def named_packed_rows(matrix: Array, unknowns: Sequence[str]) -> list[dict[str, Scalar]]:
     """`packed_rows` with the names of the unknowns of row and column."""
-    pairs = packed_pairs(len(matrix))
-    return [
-        {**row, "unknown_i": unknowns[i - 1], "unknown_j": unknowns[j - 1]}
-        for row, (i, j) in zip(packed_rows(matrix), pairs, strict=True)
-    ]
+    rows, pairs = packed_rows(matrix), combinations_with_replacement(unknowns, 2)
+    return [{**row, "unknown_i": i, "unknown_j": j} for row, (i, j) in zip(rows, pairs, strict=True)]
