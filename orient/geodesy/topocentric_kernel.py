@@ -1,6 +1,7 @@
 """The closed formulas of `topocentric` in one loop over the points, compiled by numba (extra `orient[fast]`).
 
-Without contracted products, so that the numbers are those of numpy.
+Without contracted products, so that the numbers are those of numpy. Numba keeps the machine code until this file
+changes: who changes the formulas removes __pycache__.
 """
 
 import numpy as np
@@ -11,7 +12,7 @@ from orient.geodesy.topocentric import by_half_tangents
 _compiled = njit(cache=True, error_model="numpy")
 _by_half_tangents = _compiled(by_half_tangents)
 
-BLOCK = 512
+BLOCK = 128
 
 
 @_compiled  # type: ignore[misc, unused-ignore]

@@ -15,7 +15,7 @@ _compiled = njit(cache=True, fastmath={"reassoc", "contract", "arcp", "nsz"}, er
 # within the function that makes the columns it is plain that they do not overlap
 _inlined = njit(inline="always")
 
-BLOCK = 256
+BLOCK = 128
 
 
 @_inlined  # type: ignore[misc, unused-ignore]
