@@ -6,13 +6,14 @@ import time
 import tracemalloc
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 
 SHORTEST_S = 0.004
 """A candidate is called as often in a row as fills this time."""
-OWN = "orient"
+OWN, NUMBA = "orient", "orient, numba"
 WALL = time.perf_counter
 
 
@@ -21,10 +22,10 @@ class Task:
     """One piece of work. `candidates`: names to calls without arguments that give comparable numbers.
 
     The first candidate that is not orient's is the anchor. `target`: the largest allowed ratio of orient to it, None
-    for a row that only informs. `tolerance`: how far results may be from the anchor's, relative to the largest number
-    of each column; None where they cannot be compared. `growth`: the row's place in the growth plot, (line, size).
-    `clock`: processor time, which other processes on the machine disturb little; `WALL` where files are synced or
-    processes started.
+    for a row that only informs; `numba_target`: that of the compiled candidate. `tolerance`: how far results may be
+    from the anchor's, relative to the largest number of each column; None where they cannot be compared. `growth`: the
+    row's place in the growth plot, (line, size). `clock`: processor time, which other processes on the machine disturb
+    little; `WALL` where files are synced or processes started.
     """
 
     name: str
@@ -34,6 +35,15 @@ class Task:
     growth: tuple[str, int] | None = None
     note: str = ""
     clock: Callable[[], float] = time.process_time
+    numba_target: float | None = None
+
+    def target_of(self, name: str) -> float | None:
+        return {OWN: self.target, NUMBA: self.numba_target}.get(name)
+
+
+def compiled(call: Callable[[], Any]) -> dict[str, Callable[[], Any]]:
+    """The candidate that needs numba, where that is installed."""
+    return {NUMBA: call} if find_spec("numba") else {}
 
 
 @dataclass

@@ -67,7 +67,7 @@ def _notes(done: Sequence[Timed]) -> list[str]:
 
 def _row(timed: Timed, name: str) -> str:
     low, middle, high = timed.ratios(name)
-    target = timed.task.target if name == OWN else None
+    target = timed.task.target_of(name)
     mark = "" if target is None else f"<= {target:g}" + ("" if middle <= target else " **missed**")
     apart = f"{timed.apart[name]:.0e}" if name in timed.apart else ""
     task = timed.task.name if name == OWN else ""

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 
 
 class OrientError(Exception):
@@ -32,6 +33,12 @@ class NotInstalled(UsageError):
             f"{what} {', '.join(packages)}, which {are} not installed",
             f"Install {them}: pip install 'orient[{extra}]'{otherwise}",
         )
+
+
+def require_numba(compiled: bool | None) -> None:
+    """One clear sentence where compiled loops are asked for and their package is not installed."""
+    if compiled and find_spec("numba") is None:
+        raise NotInstalled("compiled loops need", ["numba"], "fast", " or leave out compiled")
 
 
 class ProjectError(OrientError):

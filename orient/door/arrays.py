@@ -1,11 +1,9 @@
 """Arrays that are handed to the functions without a project, or one clear sentence why not."""
 
-from importlib.util import find_spec
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from orient.errors import NotInstalled, UsageError
+from orient.errors import UsageError
 
 Array = NDArray[np.float64]
 
@@ -39,9 +37,3 @@ def numbers(name: str, values: ArrayLike) -> Array:
 def require_finite(name: str, array: Array) -> None:
     if not np.isfinite(array).all():
         raise UsageError(f"{name} has numbers that are not finite", "Leave out points without coordinates.")
-
-
-def require_numba(compiled: bool | None) -> None:
-    """One clear sentence where what is asked for is not installed."""
-    if compiled and find_spec("numba") is None:
-        raise NotInstalled("compiled loops need", ["numba"], "fast", " or leave out compiled")

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from orient.door.arrays import array_of, numbers, points_of, require_numba
-from orient.errors import UsageError
+from orient.door.arrays import array_of, numbers, points_of
+from orient.errors import UsageError, require_numba
 from orient.solvers.ground_covariance import covariance_by_orientation
 from orient.solvers.lean_polynomial import LeanPolynomial, lean_polynomial
 from orient.solvers.lean_similarity import LeanSimilarity, lean_similarity
@@ -43,7 +43,8 @@ def polynomial(XY: ArrayLike, z: ArrayLike, degree: int) -> LeanPolynomial:
     """z = sum c_jk u^j v^k, j + k <= degree, of the columns of z (n, c) at XY (n, 2): least squares, nothing is stored.
 
     u, v are XY from the middle of their extent, in units of half its longer side: `orient digitize` finds the same
-    coefficients. `values(XY)` evaluates; `leverages(XY)` sigma0^2 is the variance there; covariance = sigma0^2 Q.
+    coefficients. `values(XY)` evaluates, with `compiled=True` by numba; `leverages(XY)` sigma0^2 is the variance there;
+    covariance = sigma0^2 Q.
     """
     places, values = points_of("XY", XY, 2), points_of("z", z)
     _require_as_many("XY", places, "z", values)
@@ -53,13 +54,20 @@ def polynomial(XY: ArrayLike, z: ArrayLike, degree: int) -> LeanPolynomial:
 
 
 def ground_covariances(
-    ground: ArrayLike, station: ArrayLike, covariance: ArrayLike, up: ArrayLike = UP, *, compiled: bool = False
+    ground: ArrayLike,
+    station: ArrayLike,
+    covariance: ArrayLike,
+    up: ArrayLike = UP,
+    *,
+    plan: bool = False,
+    compiled: bool = False,
 ) -> Array:
     """K (n, 3, 3) [m^2]: how sure are the places where rays meet their level planes, from the orientation alone.
 
     `ground` (n, 3) [m] the places, `station` (3,), `covariance` (6, 6) of (r, S) [rad, m] as `orient.resection` gives
     it times sigma0^2, `up` the vertical, (3,) or (n, 3). NaN where a ray is level. Readings and heights add their own
-    parts: `photo.image_to_ground` has all three. `compiled`: by numba, as in `similarity`.
+    parts: `photo.image_to_ground` has all three. `plan`: K (n, 2, 2) of the first two coordinates alone. `compiled`: by
+    numba, as in `similarity`.
     """
     P = points_of("ground", ground, 3)
     S, K = array_of("station", station, (3,)), array_of("covariance", covariance, (6, 6))
@@ -69,7 +77,7 @@ def ground_covariances(
     if not np.all(np.linalg.norm(n, axis=-1) > 0):
         raise UsageError("up has no direction", "Give the vertical, for example (0, 0, 1).")
     require_numba(compiled)
-    return covariance_by_orientation(P, S, K, n, compiled=compiled)
+    return covariance_by_orientation(P, S, K, n, plan=plan, compiled=compiled)
 
 
 def _is_covariance(K: Array) -> bool:

@@ -14,7 +14,7 @@ from orient.door.picture import Picture
 from orient.door.places import GroundPlaces, ImagePlaces
 from orient.door.status import Done, Finding, Stage, Status
 from orient.door.table import Table
-from orient.errors import OrientError, UsageError
+from orient.errors import OrientError, UsageError, require_numba
 from orient.pipeline.frames import Frame
 from orient.pipeline.new_points import in_image, on_ground
 from orient.pipeline.photo_model import STAGES, PhotoModel, photo_model
@@ -215,11 +215,15 @@ class Photo:
         step = model.pixel_step
         return ImagePlaces(model.pixels_from_mm(found.xy), found.covariance / np.outer(step, step))
 
-    def ground_from_geographic(self, geographic: ArrayLike) -> Array:
-        """(n, 3) [m] of T' from latitude, longitude [deg] and ellipsoidal height [m] (n, 3) on the photo's datum."""
+    def ground_from_geographic(self, geographic: ArrayLike, *, compiled: bool = False) -> Array:
+        """(n, 3) [m] of T' from latitude, longitude [deg] and ellipsoidal height [m] (n, 3) on the photo's datum.
+
+        `compiled`: by numba (`orient[fast]`), the same numbers, for millions of points.
+        """
+        require_numba(compiled)
         frame = self._earth()
         B, L, H = rows_of(geographic, 3, "geographic").T
-        return frame.from_geographic(B * RADIANS_PER_DEGREE, L * RADIANS_PER_DEGREE, H)
+        return frame.from_geographic(B * RADIANS_PER_DEGREE, L * RADIANS_PER_DEGREE, H, compiled=compiled)
 
     def geographic_from_ground(self, points: ArrayLike) -> Array:
         """(n, 3) latitude, longitude [deg] and ellipsoidal height [m] of points (n, 3) [m] of T'."""

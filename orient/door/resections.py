@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from orient.door.arrays import array_of, numbers, require_finite, require_numba
-from orient.errors import UsageError
+from orient.door.arrays import array_of, numbers, require_finite
+from orient.errors import UsageError, require_numba
 from orient.solvers.batch_iteration import BatchResection
 from orient.solvers.lean_resection import LeanResection, lean_resection
 from orient.solvers.resection_batch import resection_batch

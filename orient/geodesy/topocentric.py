@@ -5,6 +5,7 @@ ELLIPSOIDAL height; lengths in metres. The origin of the papers is the nadir poi
 point will do. Geocentric X, Y, Z are right-handed: X to B = L = 0, Z along the axis.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -16,6 +17,8 @@ from orient.geodesy.ellipsoid import Ellipsoid, prime_vertical_radius
 Array = NDArray[np.float64]
 
 Radius = Callable[[Ellipsoid, ArrayLike], Array]
+Constants = tuple[float, float, float, float, float, float, float]
+"""sin B_N, cos B_N, N_N, V_N, H_N, e^2, e'^2 of origin and ellipsoid."""
 
 LATITUDE_STEPS = 20
 NEWTON = 3.0
@@ -42,6 +45,8 @@ def topocentric_from_geographic(
     origin: Origin,
     ellipsoid: Ellipsoid,
     radius: Radius = prime_vertical_radius,
+    *,
+    compiled: bool = False,
 ) -> Array:
     """T (n, 3) = (X north, Y east, Z up) [m] of points B, L [rad], H [m] (n,), by the closed formulas of seed 004 (2).
 
@@ -53,46 +58,58 @@ def topocentric_from_geographic(
     dB = B - B_N, l = L - L_N, V = sqrt(1 + e'^2 cos^2 B), Q = e^2 (N sinB - N_N sinB_N), nu = 2 (N+H) sin^2(l/2).
     Corrected as in EQUATIONS 4 (H - H_N; N from the point's own latitude; Y' and X' of the paper are X and Y here).
     Exact at any distance, on any ellipsoid, at the poles and across the date line (l enters only as sine). `radius`
-    gives N: exact, or the paper's `prime_vertical_polynomial`.
+    gives N: exact, or the paper's `prime_vertical_polynomial`. `compiled`: the exact one by numba (extra
+    `orient[fast]`), the same numbers; no stage asks for it.
     """
     B, L, H = np.broadcast_arrays(*(np.asarray(value, dtype=np.float64) for value in (B, L, H)))
-    at = B.ravel(), L.ravel(), H.ravel()
+    shape, is_exact = B.shape, radius is prime_vertical_radius
+    B, L, H = B.ravel(), L.ravel(), H.ravel()
+    constants = _constants(origin, ellipsoid, radius)
     T = np.empty((B.size, 3))
     for begin in range(0, B.size, POINTS_AT_ONCE):
         part = slice(begin, begin + POINTS_AT_ONCE)
-        columns = _topocentric(at[0][part], at[1][part], at[2][part], origin, ellipsoid, radius)
-        T[part, 0], T[part, 1], T[part, 2] = columns
-    return T.reshape(*B.shape, 3)
+        t_B, t_L = np.tan(0.5 * (B[part] - origin.B)), np.tan(0.5 * (L[part] - origin.L))
+        if is_exact and compiled:
+            _compiled(t_B, t_L, H[part], constants, T[part])
+        else:
+            N = None if is_exact else radius(ellipsoid, B[part])
+            T[part, 0], T[part, 1], T[part, 2] = by_half_tangents(t_B, t_L, H[part], constants, N)
+    return T.reshape(*shape, 3)
 
 
-def _topocentric(
-    B: Array, L: Array, H: Array, origin: Origin, ellipsoid: Ellipsoid, radius: Radius
+def by_half_tangents(
+    t_B: Array, t_L: Array, H: Array, constants: Constants, N: Array | None
 ) -> tuple[Array, Array, Array]:
-    """X, Y, Z; all sines and cosines follow from the tangents of the half differences by products without loss."""
-    sin_N, cos_N, ep2 = np.sin(origin.B), np.cos(origin.B), ellipsoid.ep2
-    N_N, V_N = radius(ellipsoid, origin.B), np.sqrt(1.0 + ep2 * cos_N * cos_N)
-    sin_dB, versine = _sine_and_versine(B - origin.B)
-    sin_l, versine_l = _sine_and_versine(L - origin.L)
+    """X, Y, Z from t_B = tan(dB/2), t_L = tan(l/2), the points' own N being exact where it is None.
+
+    All sines and cosines follow by products without loss: sin = 2 t/(1 + t^2), 1 - cos = t sin.
+    """
+    sin_N, cos_N, N_N, V_N, H_N, e2, ep2 = constants
+    sin_dB, sin_l = t_B * (2.0 / (1.0 + t_B * t_B)), t_L * (2.0 / (1.0 + t_L * t_L))
+    versine, versine_l = t_B * sin_dB, t_L * sin_l
     cos_dB = 1.0 - versine
     sin_B, cos_B = sin_N * cos_dB + cos_N * sin_dB, cos_N * cos_dB - sin_N * sin_dB
     V = np.sqrt(1.0 + (ep2 * cos_B) * cos_B)
     # = N - N_N without cancellation
     dN = (N_N * ep2) * sin_dB * (cos_N * sin_B + sin_N * cos_B) / (V * (V_N + V))
-    N = N_N + dN if radius is prime_vertical_radius else radius(ellipsoid, B)
-    arm = N + H
+    arm = (N_N + dN if N is None else N) + H
     p = arm * cos_B
     nu = p * versine_l
-    Q = ellipsoid.e2 * (dN * sin_B + (N_N * cos_N) * sin_dB - (N_N * sin_N) * versine)
+    Q = e2 * (dN * sin_B + (N_N * cos_N) * sin_dB - (N_N * sin_N) * versine)
     X = arm * sin_dB + sin_N * nu - cos_N * Q
-    Z = (dN + (H - origin.H)) * cos_dB - (N_N + origin.H) * versine - cos_N * nu - sin_N * Q
+    Z = (dN + (H - H_N)) * cos_dB - (N_N + H_N) * versine - cos_N * nu - sin_N * Q
     return X, p * sin_l, Z
 
 
-def _sine_and_versine(angle: Array) -> tuple[Array, Array]:
-    """sin = 2 t/(1 + t^2), 1 - cos = t sin, t = tan(angle/2): both with all their digits, at any angle."""
-    t = np.tan(0.5 * angle)
-    sine = t * (2.0 / (1.0 + t * t))
-    return sine, t * sine
+def _constants(origin: Origin, ellipsoid: Ellipsoid, radius: Radius) -> Constants:
+    sin_N, cos_N, e2, ep2 = math.sin(origin.B), math.cos(origin.B), ellipsoid.e2, ellipsoid.ep2
+    return sin_N, cos_N, float(radius(ellipsoid, origin.B)), math.sqrt(1.0 + ep2 * cos_N * cos_N), origin.H, e2, ep2
+
+
+def _compiled(t_B: Array, t_L: Array, H: Array, constants: Constants, T: Array) -> None:
+    from orient.geodesy.topocentric_kernel import topocentric
+
+    topocentric(t_B, t_L, H, constants, T)
 
 
 def geographic_from_topocentric(T: ArrayLike, origin: Origin, ellipsoid: Ellipsoid) -> Array:

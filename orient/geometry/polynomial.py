@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
-POINTS_AT_ONCE = 8192
+POINTS_AT_ONCE = 24_576
 
 
 def exponents(degree: int) -> tuple[tuple[int, int], ...]:
@@ -38,14 +38,17 @@ def powers(u: ArrayLike, degree: int) -> list[Array]:
     return list(accumulate([base] * degree, np.multiply, initial=np.ones_like(base)))
 
 
-def values(u: ArrayLike, v: ArrayLike, coefficients: Array) -> Array:
+def values(u: ArrayLike, v: ArrayLike, coefficients: Array, *, compiled: bool = False) -> Array:
     """z (n, c) = sum a_jk u^j v^k of c polynomials, `coefficients` (m, c), by Horner's rule.
 
     z = sum over k of v^k (sum over j of a_jk u^j): both sums nested, no powers,
-    some thousand points at once.
+    some thousand points at once. `compiled`: by numba (extra `orient[fast]`), the same to 1e-9; the columns of z then
+    stand one after the other. No stage asks for it.
     """
     u, v = np.asarray(u, dtype=np.float64), np.asarray(v, dtype=np.float64)
     degree = int((np.sqrt(8 * len(coefficients) + 1) - 3) / 2)
+    if compiled:
+        return _compiled_values(u, v, degree, coefficients)
     by_power = dict(zip(exponents(degree), coefficients, strict=True))
     found = np.empty((len(u), coefficients.shape[1]))
     for begin in range(0, len(u), POINTS_AT_ONCE):
@@ -67,3 +70,16 @@ def _horner(u: Array, v: Array, degree: int, a: dict[tuple[int, int], float]) ->
         total *= v
         total += inner
     return total
+
+
+def _compiled_values(u: Array, v: Array, degree: int, coefficients: Array) -> Array:
+    from orient.geometry.polynomial_kernel import horner
+
+    by_power = np.zeros((coefficients.shape[1], degree + 1, degree + 1))
+    j, k = np.array(exponents(degree)).T
+    by_power[:, j, k] = coefficients.T
+    u, v = np.ascontiguousarray(u), np.ascontiguousarray(v)
+    columns = np.empty((len(by_power), len(u)))
+    for a, z in zip(by_power, columns, strict=True):
+        horner(degree)(u, v, a, z)
+    return columns.T

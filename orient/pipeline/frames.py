@@ -64,10 +64,11 @@ class Frame:
         origin, ellipsoid = self._earth()
         return geographic_from_topocentric(turn_from_grid(xyz, self.gamma), origin, ellipsoid)
 
-    def from_geographic(self, latitude: Array, longitude: Array, height: Array) -> Array:
-        """(n, 3) T' of points given by B, L [rad], H."""
+    def from_geographic(self, latitude: Array, longitude: Array, height: Array, *, compiled: bool = False) -> Array:
+        """(n, 3) T' of points given by B, L [rad], H; `compiled` by numba, which no stage asks for."""
         origin, ellipsoid = self._earth()
-        return turn_to_grid(topocentric_from_geographic(latitude, longitude, height, origin, ellipsoid), self.gamma)
+        T = topocentric_from_geographic(latitude, longitude, height, origin, ellipsoid, compiled=compiled)
+        return turn_to_grid(T, self.gamma)
 
     def from_horizon(self, latitude: Array, longitude: Array) -> Array:
         """(n, 3, 3) matrices that take north, east, up of each point's own horizon to T'; B, L [rad]."""

@@ -7,6 +7,7 @@ solution dP = C de + J dx + h dH splits the covariance into the parts of orienta
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,7 @@ FloatArray = NDArray[np.float64]
 GRAZING_SINE = 1e-6
 POINTS_AT_ONCE = 4096
 """Points whose intermediate numbers stay in the processor's cache."""
-TILE = 128
+TILE, TILES_WIDTH = 128, 512
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,14 +122,20 @@ def ground_covariance(
     return GroundCovariance(orientation_covariance(jacobians, element_covariance), reading, height)
 
 
-def orientation_covariance(jacobians: RayJacobians, element_covariance: FloatArray) -> FloatArray:
+def orientation_covariance(
+    jacobians: RayJacobians, element_covariance: FloatArray, *, compiled: bool = False
+) -> FloatArray:
     """K_i = F_i F_i', F_i = C_i L, L L' = Q (u, u): the part of the orientation (n, 3, 3) [m^2], exactly symmetric.
 
-    Row by row of F, some thousand points at a time: no small matrices are multiplied.
+    Row by row of F, some thousand points at a time: no small matrices are multiplied. `compiled`: by numba (extra
+    `orient[fast]`), the same to 1e-9; no stage asks for it.
     """
     n, rows = jacobians.C.shape[:2]
     L = symmetric_factor(element_covariance)
     K = np.empty((n, rows, rows))
+    if compiled:
+        _compiled_products(jacobians.C, L, K)
+        return K
     for begin in range(0, n, POINTS_AT_ONCE):
         part = slice(begin, begin + POINTS_AT_ONCE)
         F = [L.T @ jacobians.C[part, row].T for row in range(rows)]
@@ -136,6 +143,19 @@ def orientation_covariance(jacobians: RayJacobians, element_covariance: FloatArr
             for j in range(i + 1):
                 K[part, i, j] = K[part, j, i] = np.sum(F[i] * F[j], axis=0)
     return K
+
+
+def _compiled_products(C: FloatArray, L: FloatArray, K: FloatArray) -> None:
+    """Two rows at a time, some thousand points so that C is read once."""
+    from orient.solvers.ground_kernel import products_of_rows
+
+    products = products_of_rows(len(L))
+    L = np.ascontiguousarray(L)
+    pairs = list(combinations(range(K.shape[1]), 2)) or [(0, 0)]
+    for begin in range(0, len(C), POINTS_AT_ONCE):
+        part = np.ascontiguousarray(C[begin : begin + POINTS_AT_ONCE])
+        for r, q in pairs:
+            products(part, L, r, q, K[begin : begin + POINTS_AT_ONCE])
 
 
 def covariance_factor(jacobians: RayJacobians, element_covariance: FloatArray) -> FloatArray:
@@ -150,7 +170,7 @@ def covariance_factor(jacobians: RayJacobians, element_covariance: FloatArray) -
 def all_pairs(factor: FloatArray) -> FloatArray:
     """K = F F' (m, m) of the rows F (m, u) of all points, symmetric to the last bit, which no product promises.
 
-    The upper part by strips, the lower one copied tile by tile while the strip is in the cache.
+    The upper part by strips, the lower one copied from it tile by tile.
     """
     m, F_T = len(factor), np.ascontiguousarray(factor.T)
     K = np.empty((m, m))
@@ -158,13 +178,20 @@ def all_pairs(factor: FloatArray) -> FloatArray:
         strip = slice(begin, min(begin + TILE, m))
         np.matmul(factor[strip], F_T[:, begin:], out=K[strip, begin:])
         K[strip, strip] = factor[strip] @ factor[strip].T
-        for left in range(0, begin, TILE):
-            K[strip, left : left + TILE] = K[left : left + TILE, strip].T
+        for left in range(0, begin, TILES_WIDTH):
+            tile = slice(left, min(left + TILES_WIDTH, begin))
+            K[strip, tile] = K[tile, strip].T
     return K
 
 
 def covariance_by_orientation(
-    points: FloatArray, station: FloatArray, element_covariance: FloatArray, up: FloatArray, *, compiled: bool = False
+    points: FloatArray,
+    station: FloatArray,
+    element_covariance: FloatArray,
+    up: FloatArray,
+    *,
+    plan: bool = False,
+    compiled: bool = False,
 ) -> FloatArray:
     """K_i = F_i F_i' (n, 3, 3) [m^2] of the part of the orientation, without the partials in between.
 
@@ -173,34 +200,34 @@ def covariance_by_orientation(
     A turn r and a shift dS move the point; back along its ray it meets its level plane, normal n = `up` (3,) or (n, 3).
     Neither f nor R enters. The same as `orientation_covariance` of `ray_at_height_jacobians`, also NaN where a ray is
     level, with a tenth of the memory. `element_covariance` (6, 6) of (r, S), `points` (n, 3) [m].
-    `compiled`: by numba (extra `orient[fast]`), the same to 1e-9.
+    `plan`: only the first two coordinates, (n, 2, 2). `compiled`: by numba (extra `orient[fast]`), the same to 1e-9.
     """
+    L, rows = symmetric_factor(element_covariance), 2 if plan else 3
+    K = np.empty((len(points), rows, rows))
     if compiled:
-        return _compiled_covariances(points, station, element_covariance, up)
-    L = symmetric_factor(element_covariance)
+        _compiled_covariances(points, station, L, up, K)
+        return K
     turns = cross_matrix(L[:3].T).transpose(1, 0, 2).reshape(-1, 3)  # row (i, k): component i of r_k x arm
-    K = np.empty((len(points), 3, 3))
     for begin in range(0, len(points), POINTS_AT_ONCE):
         part = slice(begin, begin + POINTS_AT_ONCE)
         arms = points[part].T - station[:, None]
         normals = np.broadcast_to(up, points.shape)[part].T
         F = (turns @ arms).reshape(3, L.shape[1], -1) + L[3:, :, None]
-        F -= _along_ray(arms, normals)[:, None] * np.einsum("im,ikm->km", normals, F)
-        for i in range(3):
+        w = np.einsum("im,ikm->km", normals, F)
+        F[:rows] -= _along_ray(arms, normals)[:rows, None] * w
+        for i in range(rows):
             for j in range(i + 1):
                 K[part, i, j] = K[part, j, i] = np.einsum("km,km->m", F[i], F[j])
     return K
 
 
 def _compiled_covariances(
-    points: FloatArray, station: FloatArray, element_covariance: FloatArray, up: FloatArray
-) -> FloatArray:
+    points: FloatArray, station: FloatArray, L: FloatArray, up: FloatArray, K: FloatArray
+) -> None:
     from orient.solvers.ground_kernel import covariances
 
-    K, L = np.empty((len(points), 3, 3)), symmetric_factor(element_covariance)
     P, S, n, L = (np.ascontiguousarray(array) for array in (points, station, np.atleast_2d(up), L))
     covariances(P, S, L, n, GRAZING_SINE, K)
-    return K
 
 
 def _along_ray(arms: FloatArray, normals: FloatArray) -> FloatArray:
@@ -212,9 +239,9 @@ def _along_ray(arms: FloatArray, normals: FloatArray) -> FloatArray:
 
 def symmetric_factor(covariance: FloatArray) -> FloatArray:
     """L with L L' = Q (k, k), also where Q has rounding errors that make it not quite positive."""
-    scale = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    safe = np.where(scale > 0, scale, 1.0)
-    values, axes = np.linalg.eigh(covariance / np.outer(safe, safe))
+    scale = np.sqrt(np.maximum(covariance.diagonal(), 0.0))
+    safe = scale + (scale == 0.0)
+    values, axes = np.linalg.eigh(covariance / (safe[:, None] * safe))
     return np.asarray(scale[:, None] * axes * np.sqrt(np.maximum(values, 0.0)))
 
 

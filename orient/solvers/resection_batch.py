@@ -1,4 +1,4 @@
-"""R, S and Q (6 x 6) of many photos at once, by numpy for all photos of a block together or compiled photo by photo."""
+"""R, S and Q (6 x 6) of many photos at once, by numpy for all photos of a block together or compiled."""
 
 from collections.abc import Callable
 from dataclasses import replace

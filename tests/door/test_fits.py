@@ -67,11 +67,20 @@ def test_ground_points_on_a_line_or_in_one_place_are_refused(ground: np.ndarray[
         orient.similarity(S.model, ground)
 
 
+def test_the_plan_of_ground_covariances() -> None:
+    """(n, 2, 2) of the first two coordinates."""
+    given = P.ground, P.station, np.eye(6)
+    whole = orient.ground_covariances(*given)
+    np.testing.assert_array_equal(orient.ground_covariances(*given, plan=True), whole[:, :2, :2])
+
+
 def test_what_is_compiled_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("orient.door.arrays.find_spec", lambda name: None)
+    monkeypatch.setattr("orient.errors.find_spec", lambda name: None)
     for call in (
         lambda: orient.similarity(S.model, S.ground, compiled=True),
         lambda: orient.ground_covariances(S.ground, [0, 0, 9e3], np.eye(6), compiled=True),
+        lambda: orient.polynomial(XY, XY, 1).values(XY, compiled=True),
+        lambda: orient.resections([P.image], [P.ground], P.f_mm, compiled=True),
     ):
         with pytest.raises(orient.UsageError, match="compiled loops need numba"):
             call()

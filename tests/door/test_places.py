@@ -1,6 +1,7 @@
 """Image to ground and back: the stage's own numbers, round trips, a simulation."""
 
 from dataclasses import replace
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -158,6 +159,8 @@ def test_geographic_round_trip(space: orient.Photo) -> None:
     """Heights to two units in the last place of the Earth's radius."""
     geographic = np.array([[42.1, 21.4, 800.0], [42.4, 22.0, -10.0]])
     points = space.ground_from_geographic(geographic)
+    if find_spec("numba"):
+        np.testing.assert_array_equal(space.ground_from_geographic(geographic, compiled=True), points)
     back = space.geographic_from_ground(points)
     np.testing.assert_allclose(back[:, :2], geographic[:, :2], rtol=1e-13)
     np.testing.assert_allclose(back[:, 2], geographic[:, 2], rtol=0, atol=2 * np.spacing(6.4e6))

@@ -159,6 +159,23 @@ def test_small_and_large_differences_keep_their_digits(dB):
     np.testing.assert_allclose(T, expected, rtol=1e-15, atol=4e-16 * MOON.a_m * min(dB, 1.0))
 
 
+@pytest.mark.parametrize("ellipsoid", ELLIPSOIDS, ids=lambda e: e.name)
+@pytest.mark.parametrize("shape", [(0,), (), (1,), (3, 7), (topocentric.POINTS_AT_ONCE + 700,)], ids=str)
+def test_compiled_coordinates_are_those_of_numpy(shape, ellipsoid):
+    """To the last bit; columns of a table, one place NaN; the historical radius is numpy's."""
+    pytest.importorskip("numba", reason="numba is not installed: orient[fast]")
+    table = np.random.default_rng(len(shape)).uniform([-1.5, -4.0, -400.0], [1.5, 4.0, 9000.0], (*shape, 3))
+    table.reshape(-1, 3)[2:3, 1] = np.nan
+    B, L, H = np.moveaxis(table, -1, 0)
+    given = B, L, H, Origin(0.7, -2.0, 300.0), ellipsoid
+    plain, compiled = (topocentric_from_geographic(*given, compiled=choice) for choice in (False, True))
+    assert compiled.shape == (*shape, 3)
+    np.testing.assert_array_equal(compiled, plain)
+    given = B, L, 0.0, Origin(0.7, -2.0, 300.0), KRASOVSKY, prime_vertical_polynomial
+    plain, compiled = (topocentric_from_geographic(*given, compiled=choice) for choice in (False, True))
+    np.testing.assert_array_equal(compiled, plain)
+
+
 def test_the_origin_is_the_origin():
     origin = Origin(0.7, 3.0, 1234.5)
     np.testing.assert_array_equal(topocentric_from_geographic(0.7, 3.0, 1234.5, origin, WGS84), 0.0)

@@ -30,6 +30,21 @@ def test_polynomial_gradient(degree):
     np.testing.assert_allclose(analytic, numeric, rtol=1e-8, atol=1e-9)
 
 
+@pytest.mark.parametrize("n", [0, 1, 7, 1000])
+@pytest.mark.parametrize("degree", [0, 1, 2, 3, 5, 8])
+def test_compiled_values_are_those_of_the_design(degree, n):
+    """Places that stand apart in memory, one of them NaN."""
+    pytest.importorskip("numba", reason="numba is not installed: orient[fast]")
+    uv = RANDOM.uniform(-1, 1, (n, 2))
+    uv[3:4, 0] = np.nan
+    coefficients = RANDOM.normal(size=(len(polynomial.exponents(degree)), 3))
+    plain, compiled = (polynomial.values(*uv.T, coefficients, compiled=choice) for choice in (False, True))
+    assert compiled.shape == (n, 3)
+    np.testing.assert_allclose(compiled, plain, rtol=0, atol=1e-13)
+    if degree:
+        np.testing.assert_allclose(compiled, polynomial.design(*uv.T, degree) @ coefficients, rtol=0, atol=1e-13)
+
+
 @pytest.mark.parametrize("name", PARAMETERS)
 def test_plane_partials(name):
     XY = RANDOM.uniform(-100, 100, (5, 2))

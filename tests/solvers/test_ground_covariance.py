@@ -8,6 +8,8 @@ from orient.geometry.rotation import rotation_exp
 from orient.solvers.ground_covariance import (
     POINTS_AT_ONCE,
     TILE,
+    TILES_WIDTH,
+    RayJacobians,
     all_pairs,
     covariance_by_orientation,
     covariance_factor,
@@ -215,6 +217,36 @@ def _need_numba(compiled: bool) -> None:
 
 
 @pytest.mark.parametrize("compiled", [False, True], ids=["numpy", "numba"])
+@pytest.mark.parametrize("n", [0, 1, 300])
+def test_the_plan_is_a_part_of_the_whole(n: int, compiled: bool) -> None:
+    """Points that stand apart in memory; own verticals, and one for all."""
+    _need_numba(compiled)
+    random = generator(f"plan {n}")
+    A = random.normal(size=(12, 6))
+    points = random.uniform(-8e4, 8e4, (n, 6))[:, ::2]
+    for up in (UP, (UP + random.normal(scale=0.01, size=(n, 6))[:, 1::2])):
+        given = points, STATION, A.T @ A, up
+        plan, whole = (covariance_by_orientation(*given, plan=choice, compiled=compiled) for choice in (True, False))
+        np.testing.assert_array_equal(plan, whole[:, :2, :2])
+        apart = whole - covariance_by_orientation(*given)
+        assert np.max(np.abs(apart), initial=0.0) <= 1e-9 * np.max(whole, initial=0.0)
+
+
+@pytest.mark.parametrize("n", [0, 1, 3 * POINTS_AT_ONCE + 5])
+@pytest.mark.parametrize(("rows", "u"), [(1, 6), (2, 6), (3, 6), (3, 9)])
+def test_the_compiled_covariance_of_given_partials(rows: int, u: int, n: int) -> None:
+    """Partials that stand apart in memory; NaN of a level ray stays with its point."""
+    _need_numba(True)
+    random = generator(f"partials {rows} {u} {n}")
+    C, A = random.normal(size=(n, rows, 2 * u))[:, :, ::2], random.normal(size=(2 * u, u))
+    C[1:2] = np.nan
+    jacobians = RayJacobians(C, np.zeros((n, rows, 2)), np.zeros((n, rows)))
+    plain, compiled = (orientation_covariance(jacobians, A.T @ A, compiled=choice) for choice in (False, True))
+    np.testing.assert_allclose(compiled, plain, rtol=0, atol=1e-11)
+    np.testing.assert_array_equal(compiled, compiled.transpose(0, 2, 1))
+
+
+@pytest.mark.parametrize("compiled", [False, True], ids=["numpy", "numba"])
 def test_level_rays_have_no_covariance_without_partials_either(compiled: bool) -> None:
     _need_numba(compiled)
     points = np.array([[1e5, 0.0, H], [1e5, 0.0, 0.0]])
@@ -222,7 +254,7 @@ def test_level_rays_have_no_covariance_without_partials_either(compiled: bool) -
     assert np.isnan(K[0]).all() and np.isfinite(K[1]).all()
 
 
-@pytest.mark.parametrize("m", [1, 7, TILE - 1, TILE, TILE + 1, 333, 4 * TILE])
+@pytest.mark.parametrize("m", [1, 7, TILE - 1, TILE, TILE + 1, 333, 4 * TILE, TILES_WIDTH + 3 * TILE + 5])
 @pytest.mark.parametrize("u", [6, 9])
 def test_all_pairs_are_symmetric_to_the_last_bit(u: int, m: int) -> None:
     F = generator(f"pairs {u} {m}").normal(size=(m, u))

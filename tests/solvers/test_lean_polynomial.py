@@ -46,6 +46,15 @@ def test_raw_units_do_not_matter(unit: float) -> None:
     np.testing.assert_allclose(lean_polynomial(XY * unit, z, 5).values(XY * unit), best, rtol=0, atol=1e-9 * np.ptp(z))
 
 
+def test_compiled_values_are_the_same() -> None:
+    """To 1e-9 of the extent of z, some 100 km."""
+    pytest.importorskip("numba", reason="numba is not installed: orient[fast]")
+    XY, z = crosses("compiled", 300, 5)
+    fit = lean_polynomial(XY, z, 5)
+    for places in (XY, XY[:1], XY[7]):
+        np.testing.assert_allclose(fit.values(places, compiled=True), fit.values(places), rtol=0, atol=1e-9)
+
+
 @pytest.mark.parametrize("degree", [1, 3, 5])
 def test_an_exact_polynomial_comes_back(degree: int) -> None:
     """Residuals are rounding of 4.6e6 m."""

@@ -16,6 +16,8 @@ from orient.solvers.resection_batch import by_numpy, resection_batch
 Array = NDArray[np.float64]
 POINT_COVARIANCE = np.diag(POINT_SIGMA_M**2)
 MOVED = np.array([500.0, -300.0, 900.0])
+WAYS = {"alone": 3, "batch": 9, "compiled": 9, "compiled, in lanes": 39}
+"""Photos that go together; a kernel takes sixteen at a time, or fewer one by one."""
 
 
 def in_sigmas(values: Array, Q: Array) -> float:
@@ -98,44 +100,51 @@ def test_without_rough_values_and_with_bad_ones() -> None:
 
 
 @pytest.mark.parametrize("place", ["one point", "a line", "a far point"])
-@pytest.mark.parametrize("way", ["alone", "batch", "compiled"])
+@pytest.mark.parametrize("way", WAYS)
 def test_a_photo_without_a_solution_is_marked_and_spoils_no_other(way: str, place: str) -> None:
-    p = 3 if way == "alone" else 9
+    p = WAYS[way]
     image, ground, R0, S0 = photos(p, 12)
     image[1] = np.random.default_rng(1).uniform(-90, 90, (12, 2))
     along = np.linspace(0, 1, 12)[:, None]
     ground[1] = {"one point": ground[1, :1], "a line": ground[1, :1] * along, "a far point": ground[1, :1] + 1e7}[place]
-    if way == "compiled":
-        pytest.importorskip("numba", reason="numba is not installed: orient[fast]")
-    found = resection_batch(image, ground, F_MM, R0, S0, compiled=way == "compiled")
+    found = resection_batch(image, ground, F_MM, R0, S0, compiled=_is_compiled(way))
     assert found.converged.tolist() == [i != 1 for i in range(p)]
     assert np.isnan(found.Q[1]).all()
     assert np.isfinite(found.Q[found.converged]).all()
 
 
-def test_the_compiled_sums_are_the_same() -> None:
+def _is_compiled(way: str) -> bool:
+    if way.startswith("compiled"):
+        pytest.importorskip("numba", reason="numba is not installed: orient[fast]")
+        return True
+    return False
+
+
+@pytest.mark.parametrize(("p", "n"), [(1, 12), (15, 6), (16, 6), (40, 12), (20, 399), (20, 400), (2, 5000)])
+def test_the_compiled_sums_are_the_same(p: int, n: int) -> None:
+    """Photos in lanes and one by one, with some points first and with all; arrays that stand apart in memory."""
     kernel = pytest.importorskip("orient.solvers.resection_kernel", reason="numba is not installed: orient[fast]")
-    image, ground, R0, S0 = photos(40, 12)
+    image, ground, R0, S0 = (np.repeat(array, 2, axis=-1)[..., ::2] for array in photos(p, n))
     found = [resection_batch(image, ground, F_MM, R0, S0, compiled=choice) for choice in (False, True)]
     for name in ("rotation", "station", "Q", "vPv"):
         one, other = (getattr(result, name) for result in found)
         scale = np.abs(one).max()
         assert np.allclose(one, other, rtol=0, atol=1e-9 * scale), name
+    assert all(result.converged.all() for result in found)
+    assert found[0].iterations.tolist() == found[1].iterations.tolist()
     assert module._solver(None, module.COMPILED_FROM) is kernel.by_kernel
     assert module._solver(None, module.COMPILED_FROM - 1) is by_numpy
 
 
 def _solved_as(way: str, image: Array, ground: Array, R0: Array, S0: Array) -> LeanResection | BatchResection:
-    """One photo, alone or as the last of eight."""
+    """One photo, alone or as the last of many."""
     if way == "alone":
         return lean_resection(image, ground, F_MM, R0, S0)
-    if way == "compiled":
-        pytest.importorskip("numba", reason="numba is not installed: orient[fast]")
-    eight = [np.tile(array, (8, *[1] * array.ndim)) for array in (image, ground, R0, S0)]
-    return resection_batch(eight[0], eight[1], F_MM, eight[2], eight[3], compiled=way == "compiled")
+    many = [np.tile(array, (WAYS[way], *[1] * array.ndim)) for array in (image, ground, R0, S0)]
+    return resection_batch(many[0], many[1], F_MM, many[2], many[3], compiled=_is_compiled(way))
 
 
-@pytest.mark.parametrize("way", ["alone", "batch", "compiled"])
+@pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("n", [3, 12])
 def test_exact_readings_and_three_points_converge(way: str, n: int) -> None:
     one = photo(n, n)
@@ -147,7 +156,7 @@ def test_exact_readings_and_three_points_converge(way: str, n: int) -> None:
     assert np.abs(found.rotation - R).max() < 1e-11
 
 
-@pytest.mark.parametrize("way", ["alone", "batch", "compiled"])
+@pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("n", [4, 6, 20, 100])
 def test_the_cofactors_are_those_of_the_optimum(way: str, n: int) -> None:
     """Q is that of the place before the last step; once more from the optimum it is exact."""
@@ -177,10 +186,11 @@ def test_many_points_in_the_rhythm_of_a_grid() -> None:
     assert in_sigmas(lean.station - few_steps.station, lean.Q[3:, 3:]) < 1e-7
 
 
-def test_photos_that_take_longer_go_on_by_themselves() -> None:
+@pytest.mark.parametrize("way", ["batch", "compiled, in lanes"])
+def test_photos_that_take_longer_go_on_by_themselves(way: str) -> None:
     image, ground, R0, S0 = photos(60, 12)
     S0[::9] *= [1.0, 1.0, 1.6]
-    many = resection_batch(image, ground, F_MM, R0, S0, compiled=False)
+    many = resection_batch(image, ground, F_MM, R0, S0, compiled=_is_compiled(way))
     single = [lean_resection(image[i], ground[i], F_MM, R0[i], S0[i]) for i in range(60)]
     assert many.converged.all()
     assert many.iterations.tolist() == [one.iterations for one in single]
@@ -188,17 +198,16 @@ def test_photos_that_take_longer_go_on_by_themselves() -> None:
     assert np.allclose(many.station, [one.station for one in single], rtol=0, atol=1e-6)  # m; sigma is some 20 m
 
 
-@pytest.mark.parametrize("way", ["alone", "batch", "compiled"])
+@pytest.mark.parametrize("way", WAYS)
 def test_too_few_iterations_are_told(way: str) -> None:
     one = photo(12, 1)
     if way == "alone":
         found: LeanResection | BatchResection = lean_resection(one.image, one.ground, F_MM, one.R0, one.S0, None, 2)
     else:
-        if way == "compiled":
-            pytest.importorskip("numba", reason="numba is not installed: orient[fast]")
-        eight = [np.tile(array, (8, *[1] * array.ndim)) for array in (one.image, one.ground, one.R0, one.S0)]
-        module_solve = module._solver(way == "compiled", 0)
-        photos_of = module.Photos(eight[0], eight[1], np.full(8, F_MM), eight[2], eight[3])
+        p = WAYS[way]
+        many = [np.tile(array, (p, *[1] * array.ndim)) for array in (one.image, one.ground, one.R0, one.S0)]
+        module_solve = module._solver(_is_compiled(way), 0)
+        photos_of = module.Photos(many[0], many[1], np.full(p, F_MM), many[2], many[3])
         found = module_solve(photos_of, 2)
     assert not np.any(found.converged)
     assert np.all(np.asarray(found.iterations) == 2)
