@@ -238,7 +238,11 @@ def _along_ray(arms: FloatArray, normals: FloatArray) -> FloatArray:
 
 
 def symmetric_factor(covariance: FloatArray) -> FloatArray:
-    """L with L L' = Q (k, k), also where Q has rounding errors that make it not quite positive."""
+    """L with L L' = Q (k, k): Cholesky's; by eigenvalues where an element is fixed or rounding has made one negative."""
+    try:
+        return np.asarray(np.linalg.cholesky(covariance))
+    except np.linalg.LinAlgError:
+        pass
     scale = np.sqrt(np.maximum(covariance.diagonal(), 0.0))
     safe = scale + (scale == 0.0)
     values, axes = np.linalg.eigh(covariance / (safe[:, None] * safe))
