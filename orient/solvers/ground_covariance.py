@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 GRAZING_SINE = 1e-6
 POINTS_AT_ONCE = 4096
 """Points whose intermediate numbers stay in the processor's cache."""
-TILE, TILES_WIDTH = 128, 512
+TILE, TILES_WIDTH = 128, 1024
 
 
 @dataclass(frozen=True, slots=True)
