@@ -18,7 +18,7 @@ Mode = Literal["read", "write"]
 BUSY_TIMEOUT_S = 30.0
 OPERATIONS_BETWEEN_LOOKS = 10_000
 HEAP_LIMIT_BYTES = 512 * 2**20
-SPILL = "PRAGMA cache_spill=ON"
+SPILL = "PRAGMA cache_spill=1"
 ALONE = ("PRAGMA journal_mode=MEMORY", "PRAGMA synchronous=OFF")
 
 CACHE_SIZE = -2000

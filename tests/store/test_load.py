@@ -15,7 +15,7 @@ import pytest
 from orient.report.status import CURRENT, LOG, STATUS
 from orient.store import connection as module
 from orient.store.check import check_project
-from orient.store.connection import SPILL_PAGES
+from orient.store.connection import CACHE_SIZE, SPILL_PAGES, let_spill, room_to_append, scalar
 from orient.store.digest import input_digest, output_digest
 from orient.store.project import NewRun, Project, create_project, open_project
 from orient.values import Columns, Outcome
@@ -118,3 +118,18 @@ def test_a_large_append_is_not_kept_in_memory(tmp_path: Path) -> None:
         assert isinstance(driver, sqlite3.Connection)
         driver.set_authorizer(None)
         assert driver.execute("PRAGMA cache_spill").fetchone()[0] == SPILL_PAGES
+
+
+@pytest.mark.parametrize("may_spill", [False, True])
+def test_the_page_cache_is_large_only_while_rows_are_appended(tmp_path: Path, may_spill: bool) -> None:
+    """As large as an append may grow before it spills; nothing more where it may spill at once."""
+    create_project(tmp_path / "p.sqlite")
+    with open_project(tmp_path / "p.sqlite", "write") as project, project.snapshot() as connection:
+        if may_spill:
+            let_spill(connection)
+        pages = scalar(connection, "PRAGMA page_size"), scalar(connection, "PRAGMA cache_spill")
+        with room_to_append(connection):
+            size = scalar(connection, "PRAGMA cache_size")
+        assert scalar(connection, "PRAGMA cache_size") == CACHE_SIZE
+        assert size == (pages[1] if may_spill else SPILL_PAGES)
+        assert not may_spill or size * pages[0] <= -CACHE_SIZE * 1024
