@@ -238,7 +238,7 @@ def _along_ray(arms: FloatArray, normals: FloatArray) -> FloatArray:
 
 
 def symmetric_factor(covariance: FloatArray) -> FloatArray:
-    """L with L L' = Q (k, k): Cholesky's; by eigenvalues where an element is fixed or rounding has made one negative."""
+    """L with L L' = Q (k, k): Cholesky's; by eigenvalues where an element is fixed or rounding made one negative."""
     try:
         return np.asarray(np.linalg.cholesky(covariance))
     except np.linalg.LinAlgError:
