@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orient.geometry.rotation import cross_matrix
-from orient.solvers.lean_design import NATURAL, Design
+from orient.solvers.lean_design import NATURAL, PhotosDesign
 from orient.solvers.lean_resection import LAST_IN_SIGMAS, LAST_STEP, SINGULAR, SMALL_STEP
 
 FloatArray = NDArray[np.float64]
@@ -97,7 +97,7 @@ class _Running:
         self.N = np.empty((7, 7, p))
         self.count = np.zeros(p, dtype=np.int64)
         self.is_live, self.has_ended = self.count == 0, self.count > 0
-        self.design = Design(n, p)
+        self.design = PhotosDesign(n, p)
 
     def iterate(self) -> None:
         """One step of the photos that are live; the others stay as they are."""

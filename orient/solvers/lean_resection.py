@@ -14,13 +14,12 @@ place into one buffer that stays in the processor's cache, and one product of it
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orient.solvers.ground_covariance import all_pairs
-from orient.solvers.lean_design import NATURAL, Design, WeightedDesign
+from orient.solvers.lean_design import NATURAL, PhotoDesign, WeightedDesign
 
 FloatArray = NDArray[np.float64]
 
@@ -32,6 +31,8 @@ LAST_STEP = 3e-9
 """Sum of |r| [rad] and |t| [camera distances]: Q, which is that of the place before the last step, is right to 1e-8."""
 SMALL_STEP, LAST_IN_SIGMAS = 1e-5, 1e-6
 """Or a small one in standard deviations, for photos so weak that rounding alone makes larger steps."""
+FAR = 0.03
+"""After larger steps, and at first, the image points as measured stand for those of the rough station."""
 SINGULAR = 1e-14
 """Share of an unknown's weight that must be left when the others are unknown too."""
 LAST_MOVE = 1e-9
@@ -85,8 +86,8 @@ def lean_resection(
     Source: seed 004, equations (3)-(5) with ground observations.
     """
     with np.errstate(all="ignore"):
-        for R, S in _starts(image, ground, f_mm, rotation, station, ground_cofactor):
-            found = _gauss_newton(_Photo(image, ground, f_mm, S, ground_cofactor), R, S, max_iterations)
+        for R, S, far in _starts(image, ground, f_mm, rotation, station, ground_cofactor):
+            found = _gauss_newton(_Photo(image, ground, f_mm, S, ground_cofactor), R, S, far, max_iterations)
             if found.converged:
                 break
     return found
@@ -99,16 +100,21 @@ def _starts(
     rotation: FloatArray,
     station: FloatArray,
     ground_cofactor: FloatArray | None,
-) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """With many points the orientation by some of them, which leaves two steps for all; then the rough values."""
+) -> Iterator[tuple[FloatArray, FloatArray, float]]:
+    """R, S and from which step on they are far off.
+
+    With many points the orientation by some of them, which leaves two steps for all; then the rough values, from where
+    the points as measured lead in fewer steps, but not from everywhere.
+    """
     if len(image) >= MANY_POINTS:
         at = some_points(len(image))
         x, P = np.take(image, at, axis=0), np.take(ground, at, axis=0)
         cofactor = None if ground_cofactor is None else ground_cofactor[at]
         found = lean_resection(x, P, f_mm, rotation, station, cofactor)
         if found.converged:
-            yield found.rotation, found.station
-    yield rotation, station
+            yield found.rotation, found.station, math.inf
+    yield rotation, station, FAR
+    yield rotation, station, math.inf
 
 
 def some_points(n: int) -> NDArray[np.intp]:
@@ -117,28 +123,34 @@ def some_points(n: int) -> NDArray[np.intp]:
     return EVERY * k + (k * 40503 >> 7) % EVERY
 
 
-def _gauss_newton(photo: "_Photo", R: FloatArray, S: FloatArray, max_iterations: int) -> LeanResection:
-    M = photo.camera_from_ground(R, S)
+def _gauss_newton(photo: "_Photo", R: FloatArray, S: FloatArray, far: float, max_iterations: int) -> LeanResection:
+    """At first and after steps of more than `far` with the image points as measured: no such step is the last."""
+    M, moved = photo.camera_from_ground(R, S), math.inf
     for number in range(1, max_iterations + 1):
-        N = photo.normal_matrix(M)
-        g, vPv = N[6, :6], float(N[6, 6])
-        try:
-            inverse = cast(FloatArray, np.linalg.inv(N[:6, :6]))
-        except np.linalg.LinAlgError:
-            break
-        step = inverse @ g
+        is_far = moved > far
+        N = photo.normal_matrix(M, is_far)
+        g, inverse = N[6, :6], _inverse(N)
+        step = inverse.dot(g)
         lift = photo.move_points(step)
         M, moved = _moved(M, step)
-        is_last = moved < LAST_STEP or (
-            moved < SMALL_STEP and float(step @ g) * photo.redundancy < LAST_IN_SIGMAS**2 * vPv
-        )
-        if is_last and lift < LAST_MOVE:
-            if _is_regular(N, inverse) and photo.is_in_front(M):
-                return photo.result(M, inverse, vPv, number)
+        if not moved < math.inf:
             break
-        if not math.isfinite(moved):
+        is_last = moved < LAST_STEP or (
+            moved < SMALL_STEP and float(step.dot(g)) * photo.redundancy < LAST_IN_SIGMAS**2 * float(N[6, 6])
+        )
+        if is_last and lift < LAST_MOVE and not is_far:
+            if _is_regular(N, inverse) and photo.is_in_front(M):
+                return photo.result(M, inverse, float(N[6, 6]), number)
             break
     return LeanResection(R, S, np.full((6, 6), np.nan), math.nan, number, converged=False)
+
+
+def _inverse(N: FloatArray) -> FloatArray:
+    """Of A'A, NaN where it is singular."""
+    try:
+        return np.asarray(np.linalg.inv(N[:6, :6]))
+    except np.linalg.LinAlgError:
+        return np.full((6, 6), np.nan)
 
 
 def _is_regular(N: FloatArray, inverse: FloatArray) -> bool:
@@ -148,7 +160,7 @@ def _is_regular(N: FloatArray, inverse: FloatArray) -> bool:
 
 
 class _Photo:
-    """The points about the first one, in camera distances, as columns: ground (4, n) with ones, image x/f (2, n)."""
+    """The points about the first one as columns: ground (4, n) [m] with ones, image x/f (2, n)."""
 
     def __init__(
         self, image: FloatArray, ground: FloatArray, f: float, station: FloatArray, cofactor: FloatArray | None
@@ -157,75 +169,78 @@ class _Photo:
         self.f, self.origin = f, ground[0]
         self.distance = math.dist(self.origin.tolist(), station.tolist())
         self.redundancy = max(2 * n - 6, 1)
-        self.image = np.divide(image.T, f, np.empty((2, n)))
-        self.ground = np.ones((4, n))
-        points = self.points = self.ground[:3]
-        np.subtract(ground.T, self.origin[:, None], points)
-        points /= self.distance
-        self.weighted: WeightedDesign | None = None
-        if cofactor is not None:
-            scaled = np.ascontiguousarray(cofactor.transpose(1, 2, 0)) * (f / self.distance) ** 2
-            self.weighted = WeightedDesign(points.copy(), scaled)
-        # weighted points are all in one buffer, because they come back to their rows
-        self.together = n if self.weighted else min(n, POINTS_AT_ONCE)
-        self.design = self.weighted or Design(self.together)
+        self.ground = np.empty((4, n))
+        self.ground[3] = 1.0
+        self.points = self.ground[:3]
+        np.subtract(ground.T, self.origin[:, None], self.points)
+        m = min(n, POINTS_AT_ONCE)
+        parts = [slice(begin, min(begin + m, n)) for begin in range(0, n, m)]
+        self.weighted: list[tuple[slice, WeightedDesign]] = []
+        self.designs: list[tuple[slice, PhotoDesign]] = []
+        if cofactor is None:
+            shared = PhotoDesign(m)
+            self.designs += [(part, shared if part.stop - part.start == m else PhotoDesign(n % m)) for part in parts]
+        else:  # a buffer for each part, because its points come back to their rows
+            S = np.ascontiguousarray(cofactor.transpose(1, 2, 0)) * f**2
+            self.weighted += [(part, WeightedDesign(self.points[:, part].copy(), S[:, :, part])) for part in parts]
+            self.designs += self.weighted
+        self.image = self.designs[0][1].image if m == n else np.empty((2, n))
+        np.divide(image.T, f, self.image)
 
     def camera_from_ground(self, R: FloatArray, S: FloatArray) -> FloatArray:
         """(4, 4) of (xs, ys, zs, 1) in camera distances."""
         M = EYE.copy()
-        M[:3, :3] = R.T
-        M[:3, 3] = R.T @ ((self.origin - S) / self.distance)
+        M[:3, :3] = R.T / self.distance
+        M[:3, 3] = M[:3, :3].dot(self.origin - S)
         return M
 
-    def normal_matrix(self, M: FloatArray) -> FloatArray:
+    def normal_matrix(self, M: FloatArray, is_far: bool) -> FloatArray:
         """(A l)'P(A l) (7, 7), some thousand points at a time."""
-        n, m, camera = self.image.shape[1], self.together, M[:3]
-        if n == m:
-            return self.design.normal_matrix(camera, self.image, self.ground)
+        if len(self.designs) == 1:
+            return self.designs[0][1].normal_matrix(M, self.ground, is_far)
         N = np.zeros((7, 7))
-        for begin in range(0, n, m):
-            part = slice(begin, begin + m)
-            design = self.design if begin + m <= n else Design(n - begin)
-            N += design.normal_matrix(camera, self.image[:, part], self.ground[:, part])
+        for part, design in self.designs:
+            design.image[:] = self.image[:, part]
+            N += design.normal_matrix(M, self.ground[:, part], is_far)
         return N
 
     def move_points(self, step: FloatArray) -> float:
         """The largest move of a point with errors, in camera distances."""
-        if self.weighted is None:
-            return 0.0
-        moved = self.weighted.moved(step)
-        lift = float(np.abs(moved - self.points).max())
-        self.points[:] = moved
-        return lift
+        lift = 0.0
+        for part, design in self.weighted:
+            moved = design.moved(step)
+            lift = max(lift, float(np.abs(moved - self.points[:, part]).max()))
+            self.points[:, part] = moved
+        return lift / self.distance
 
     def is_in_front(self, M: FloatArray) -> bool:
-        return bool((M[2] @ self.ground).max() < 0)
+        return bool(np.count_nonzero(M[2].dot(self.ground) < 0.0) == self.ground.shape[1])
 
     def result(self, M: FloatArray, inverse: FloatArray, vPv: float, number: int) -> LeanResection:
-        R, t, d, f = M[:3, :3].T, M[:3, 3], self.distance, self.f
-        S = self.origin - R @ t * d
+        R, t, d, f = M[:3, :3].T * self.distance, M[:3, 3], self.distance, self.f
+        S = self.origin - R.dot(t) * d
         turn = np.zeros((6, 6))  # r -> -R r, dS = -R t d
         turn[:3, :3], turn[3:, 3:] = R, R * d
-        turn = turn @ FROM_UNKNOWNS
-        Q = turn @ inverse @ turn.T / f**2
-        if self.weighted is None:
+        turn = turn.dot(FROM_UNKNOWNS)
+        Q = turn.dot(inverse).dot(turn.T) / f**2
+        if not self.weighted:
             return LeanResection(R, S, Q, vPv * f**2, number, True)
-        P = self.origin + d * self.points.T
-        G, own = self.weighted.point_cofactors()
-        by_elements = (G.reshape(-1, 6) @ (d * np.linalg.inv(turn))).reshape(G.shape)
-        return LeanResection(R, S, Q, vPv * f**2, number, True, P, by_elements, own * (d / f) ** 2)
+        to_unknowns = np.linalg.inv(turn)
+        G, own = zip(*(design.point_cofactors(to_unknowns) for _, design in self.weighted), strict=True)
+        P, by_elements = self.origin + self.points.T, np.concatenate(G)
+        return LeanResection(R, S, Q, vPv * f**2, number, True, P, by_elements, np.concatenate(own) / f**2)
 
 
 def _moved(M: FloatArray, step: FloatArray) -> tuple[FloatArray, float]:
     """M (4, 4) after P_camera <- E P_camera + t, E Cayley's rotation, exp([r]x) to second order; sum of |r|, |t|."""
-    z, t1, t2, x, y, t3 = unknowns = step.tolist()
+    z, t1, t2, t3, y, x = unknowns = step.tolist()
     x, y, z = 0.5 * x, 0.5 * y, 0.5 * z
     xx, yy, zz = x * x, y * y, z * z
     k = 2.0 / (1.0 + xx + yy + zz)
     move = [
-        [1.0 - k * (yy + zz), k * (x * y - z), k * (x * z + y), -t1],
-        [k * (x * y + z), 1.0 - k * (xx + zz), k * (y * z - x), -t2],
-        [k * (x * z - y), k * (y * z + x), 1.0 - k * (xx + yy), t3],
-        [0.0, 0.0, 0.0, 1.0],
+        *(1.0 - k * (yy + zz), k * (x * y - z), k * (x * z + y), -t1),
+        *(k * (x * y + z), 1.0 - k * (xx + zz), k * (y * z - x), -t2),
+        *(k * (x * z - y), k * (y * z + x), 1.0 - k * (xx + yy), t3),
+        *(0.0, 0.0, 0.0, 1.0),
     ]
-    return np.array(move) @ M, sum(map(abs, unknowns))
+    return np.array(move).reshape(4, 4).dot(M), sum(map(abs, unknowns))

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from benchmarks.scenes import F_MM, POINT_SIGMA_M, SIGMA_MM, photo, photos
+from benchmarks.scenes import F_MM, HEIGHT_M, POINT_SIGMA_M, SIGMA_MM, photo, photos
 from orient.geometry.collinearity import partials_rotation, project
+from orient.geometry.rotation import matrix_from_opk
 from orient.solvers import lean_design
+from orient.solvers import lean_resection as lean_module
 from orient.solvers import resection_batch as module
-from orient.solvers.batch_iteration import BatchResection
+from orient.solvers.batch_iteration import BatchResection, gauss_newton
 from orient.solvers.lean_resection import LeanResection, lean_resection
 from orient.solvers.resection import resect
 from orient.solvers.resection_batch import by_numpy, resection_batch
@@ -191,11 +193,69 @@ def test_photos_that_take_longer_go_on_by_themselves(way: str) -> None:
     image, ground, R0, S0 = photos(60, 12)
     S0[::9] *= [1.0, 1.0, 1.6]
     many = resection_batch(image, ground, F_MM, R0, S0, compiled=_is_compiled(way))
-    single = [lean_resection(image[i], ground[i], F_MM, R0[i], S0[i]) for i in range(60)]
+    each = module.Photos(image, ground, np.full(60, F_MM), R0, S0)
+    single = [gauss_newton(each[i : i + 1], 20).iterations[0] for i in range(60)]
     assert many.converged.all()
-    assert many.iterations.tolist() == [one.iterations for one in single]
-    assert len(set(many.iterations.tolist())) > 2
-    assert np.allclose(many.station, [one.station for one in single], rtol=0, atol=1e-6)  # m; sigma is some 20 m
+    assert many.iterations.tolist() == single
+    assert len(set(single)) > 2
+    lean = [lean_resection(image[i], ground[i], F_MM, R0[i], S0[i]).station for i in range(60)]
+    assert np.allclose(many.station, lean, rtol=0, atol=1e-6)  # m; sigma is some 20 m
+
+
+@pytest.mark.parametrize("weighted", [False, True], ids=["fixed", "weighted"])
+def test_from_anywhere_an_end_is_the_optimum(weighted: bool) -> None:
+    """Starts up to half the height, 30 degrees of tilt and 120 of azimuth off: what has converged has no other Q."""
+    rng, ends = np.random.default_rng(3), 0
+    for seed in range(60):
+        n = int(rng.choice([4, 6, 12, 40]))
+        one = photo(n, seed)
+        given = one.given if weighted else one.ground
+        S = np.tile(POINT_COVARIANCE / SIGMA_MM**2, (n, 1, 1)) if weighted else None
+        tilt, azimuth = np.radians(rng.uniform(-30, 30, 2)), np.radians(rng.uniform(-120, 120))
+        rough = matrix_from_opk(*tilt, azimuth) @ one.R0, one.S0 + rng.uniform(-0.5, 0.5, 3) * HEIGHT_M
+        found = lean_resection(one.image, given, F_MM, *rough, S)
+        if found.converged:
+            ends += 1
+            again = lean_resection(one.image, given, F_MM, found.rotation, found.station, S)
+            sigmas = np.sqrt(np.diag(again.Q))
+            assert in_sigmas(found.station - again.station, again.Q[3:, 3:]) < 1e-5
+            assert np.abs((found.Q - again.Q) / np.outer(sigmas, sigmas)).max() < 1e-6  # of 3 to 4 points Q is unsure
+            assert found.vPv == pytest.approx(again.vPv, rel=1e-9, abs=1e-12)
+        else:
+            assert np.isnan(found.Q).all() and np.isnan(found.vPv)
+    assert ends > 40
+
+
+def _ends(image: Array, ground: Array, R: Array, S: Array) -> list[LeanResection]:
+    """With the image points as measured far off, and with the computed ones alone."""
+    given = lean_module._Photo(image, ground, F_MM, S, None)
+    return [lean_module._gauss_newton(given, R, S, far, 20) for far in (lean_module.FAR, np.inf)]
+
+
+@pytest.mark.parametrize("n", [6, 20, 100])
+def test_the_points_as_measured_lead_sooner_to_the_same_end(n: int) -> None:
+    counts = []
+    for seed in range(20):
+        one = photo(n, seed)
+        sooner, later = _ends(one.image, one.ground, one.R0, one.S0)
+        assert in_sigmas(sooner.station - later.station, later.Q[3:, 3:]) < 1e-6
+        # at the optimum too the first step, as measured, is not the last: Q is not that of its equations
+        again = lean_resection(one.image, one.ground, F_MM, later.rotation, later.station)
+        assert again.iterations > 1
+        counts.append((sooner.iterations, later.iterations))
+    mean = np.mean(counts, axis=0)
+    assert mean[0] < mean[1] - 0.2
+
+
+def test_where_the_points_as_measured_lead_nowhere_the_computed_ones_do() -> None:
+    image, ground, R0, S0 = photos(40, 12)
+    rng, ends = np.random.default_rng(2), set()
+    for i in range(40):
+        R, S = matrix_from_opk(0.3, -0.3, rng.uniform(0, 2)) @ R0[i], S0[i] + [0.0, 0.0, 0.3 * HEIGHT_M]
+        by_measured, by_computed = (end.converged for end in _ends(image[i], ground[i], R, S))
+        ends.add((by_measured, by_computed))
+        assert lean_resection(image[i], ground[i], F_MM, R, S).converged == (by_measured or by_computed)
+    assert {(False, True), (True, True)} <= ends
 
 
 @pytest.mark.parametrize("way", WAYS)
