@@ -87,6 +87,10 @@ class WeightedDesign(PhotoDesign):
 
     def _linearise(self, M: FloatArray, ground: FloatArray, is_far: bool) -> None:
         super()._linearise(M, ground, is_far)
+        if not is_far:
+            self._eliminate_points(M, ground)
+
+    def _eliminate_points(self, M: FloatArray, ground: FloatArray) -> None:
         # a shift of the point is one of the camera, in its axes: the rows of t
         B = (M[:3, :3].T * OPPOSITE).dot(self.equations[1:4]).reshape(self.H.shape)
         self.l -= np.einsum("kin,kn->in", B, self.given - ground[:3])

@@ -16,6 +16,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
 from orient.solvers.ground_covariance import all_pairs
@@ -26,18 +27,20 @@ FloatArray = NDArray[np.float64]
 POINTS_AT_ONCE = 2048
 """Points whose equations stay in the processor's cache."""
 MANY_POINTS, EVERY = 4000, 16
-"""From so many points on every 16th is solved first."""
+"""From so many points without errors on every 16th is solved first."""
 LAST_STEP = 3e-9
 """Sum of |r| [rad] and |t| [camera distances]: Q, which is that of the place before the last step, is right to 1e-8."""
 SMALL_STEP, LAST_IN_SIGMAS = 1e-5, 1e-6
 """Or a small one in standard deviations, for photos so weak that rounding alone makes larger steps."""
 FAR = 0.03
-"""After larger steps, and at first, the image points as measured stand for those of the rough station."""
+"""Until a step is smaller the image points as measured stand for the computed ones, and control has no errors."""
+UNSURE = 100.0
+"""Not so with control that is less sure than so many readings."""
 SINGULAR = 1e-14
 """Share of an unknown's weight that must be left when the others are unknown too."""
 LAST_MOVE = 1e-9
 """Of a weighted ground point, in camera distances."""
-EYE, FROM_UNKNOWNS = np.eye(4), -NATURAL
+EYE, ONE, FROM_UNKNOWNS = np.eye(4), np.eye(6), -NATURAL
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,10 +66,11 @@ class LeanResection:
         """(6+3n, 6+3n) of the elements and all points: K = F Q F' + own blocks, exactly symmetric."""
         if self.by_elements is None or self.own is None:
             return self.Q
-        F = np.vstack([np.eye(6), self.by_elements.reshape(-1, 6)]) @ np.linalg.cholesky(self.Q)
-        K = all_pairs(F)
-        blocks = 6 + 3 * np.arange(len(self.own))[:, None] + np.arange(3)
-        K[blocks[:, :, None], blocks[:, None, :]] += self.own
+        n, L = len(self.own), np.linalg.cholesky(self.Q)
+        K = all_pairs(np.concatenate([L, self.by_elements.reshape(-1, 6).dot(L)]))
+        row, column = K.strides
+        blocks = as_strided(K[6:, 6:], (n, 3, 3), (3 * (row + column), row, column))  # along the diagonal
+        blocks += self.own
         return K
 
 
@@ -86,35 +90,28 @@ def lean_resection(
     Source: seed 004, equations (3)-(5) with ground observations.
     """
     with np.errstate(all="ignore"):
-        for R, S, far in _starts(image, ground, f_mm, rotation, station, ground_cofactor):
-            found = _gauss_newton(_Photo(image, ground, f_mm, S, ground_cofactor), R, S, far, max_iterations)
+        for R, S, is_far in _starts(image, ground, f_mm, rotation, station, ground_cofactor is not None):
+            found = _gauss_newton(_Photo(image, ground, f_mm, S, ground_cofactor), R, S, is_far, max_iterations)
             if found.converged:
                 break
     return found
 
 
 def _starts(
-    image: FloatArray,
-    ground: FloatArray,
-    f_mm: float,
-    rotation: FloatArray,
-    station: FloatArray,
-    ground_cofactor: FloatArray | None,
-) -> Iterator[tuple[FloatArray, FloatArray, float]]:
-    """R, S and from which step on they are far off.
+    image: FloatArray, ground: FloatArray, f_mm: float, rotation: FloatArray, station: FloatArray, has_errors: bool
+) -> Iterator[tuple[FloatArray, FloatArray, bool]]:
+    """R, S and whether they are far off.
 
     With many points the orientation by some of them, which leaves two steps for all; then the rough values, from where
-    the points as measured lead in fewer steps, but not from everywhere.
+    the equations for far off lead in fewer steps, but not from everywhere.
     """
-    if len(image) >= MANY_POINTS:
+    if len(image) >= MANY_POINTS and not has_errors:
         at = some_points(len(image))
-        x, P = np.take(image, at, axis=0), np.take(ground, at, axis=0)
-        cofactor = None if ground_cofactor is None else ground_cofactor[at]
-        found = lean_resection(x, P, f_mm, rotation, station, cofactor)
+        found = lean_resection(np.take(image, at, axis=0), np.take(ground, at, axis=0), f_mm, rotation, station)
         if found.converged:
-            yield found.rotation, found.station, math.inf
-    yield rotation, station, FAR
-    yield rotation, station, math.inf
+            yield found.rotation, found.station, False
+    yield rotation, station, True
+    yield rotation, station, False
 
 
 def some_points(n: int) -> NDArray[np.intp]:
@@ -123,25 +120,29 @@ def some_points(n: int) -> NDArray[np.intp]:
     return EVERY * k + (k * 40503 >> 7) % EVERY
 
 
-def _gauss_newton(photo: "_Photo", R: FloatArray, S: FloatArray, far: float, max_iterations: int) -> LeanResection:
-    """At first and after steps of more than `far` with the image points as measured: no such step is the last."""
-    M, moved = photo.camera_from_ground(R, S), math.inf
+def _gauss_newton(photo: "_Photo", R: FloatArray, S: FloatArray, is_far: bool, max_iterations: int) -> LeanResection:
+    """Far off with the image points as measured and the control as given, until a step is small; never to the end."""
+    M, moved, inverse = photo.camera_from_ground(R, S), math.inf, ONE
+    is_far = is_far and photo.is_control_sure
     for number in range(1, max_iterations + 1):
-        is_far = moved > far
         N = photo.normal_matrix(M, is_far)
-        g, inverse = N[6, :6], _inverse(N)
+        inverse = _improved(inverse, N) if moved < SMALL_STEP else _inverse(N)
+        g = N[6, :6]
         step = inverse.dot(g)
-        lift = photo.move_points(step)
+        if not is_far:
+            photo.move_points(step)
         M, moved = _moved(M, step)
         if not moved < math.inf:
             break
         is_last = moved < LAST_STEP or (
             moved < SMALL_STEP and float(step.dot(g)) * photo.redundancy < LAST_IN_SIGMAS**2 * float(N[6, 6])
         )
-        if is_last and lift < LAST_MOVE and not is_far:
+        if is_last and not is_far and photo.are_points_at_rest():
             if _is_regular(N, inverse) and photo.is_in_front(M):
                 return photo.result(M, inverse, float(N[6, 6]), number)
             break
+        if is_far:  # the inverse is of other equations: not to be improved
+            is_far, moved = moved > FAR, math.inf
     return LeanResection(R, S, np.full((6, 6), np.nan), math.nan, number, converged=False)
 
 
@@ -151,6 +152,11 @@ def _inverse(N: FloatArray) -> FloatArray:
         return np.asarray(np.linalg.inv(N[:6, :6]))
     except np.linalg.LinAlgError:
         return np.full((6, 6), np.nan)
+
+
+def _improved(inverse: FloatArray, N: FloatArray) -> FloatArray:
+    """From that of a place close by, X + X (1 - N X): its error is the square of what N has changed since."""
+    return np.asarray(inverse + inverse.dot(ONE - N[:6, :6].dot(inverse)))
 
 
 def _is_regular(N: FloatArray, inverse: FloatArray) -> bool:
@@ -176,12 +182,15 @@ class _Photo:
         m = min(n, POINTS_AT_ONCE)
         parts = [slice(begin, min(begin + m, n)) for begin in range(0, n, m)]
         self.weighted: list[tuple[slice, WeightedDesign]] = []
+        self.moves: list[FloatArray] = []
+        self.is_control_sure = True
         self.designs: list[tuple[slice, PhotoDesign]] = []
         if cofactor is None:
             shared = PhotoDesign(m)
             self.designs += [(part, shared if part.stop - part.start == m else PhotoDesign(n % m)) for part in parts]
         else:  # a buffer for each part, because its points come back to their rows
             S = np.ascontiguousarray(cofactor.transpose(1, 2, 0)) * f**2
+            self.is_control_sure = bool(S.max() < (UNSURE * self.distance) ** 2)
             self.weighted += [(part, WeightedDesign(self.points[:, part].copy(), S[:, :, part])) for part in parts]
             self.designs += self.weighted
         self.image = self.designs[0][1].image if m == n else np.empty((2, n))
@@ -204,14 +213,16 @@ class _Photo:
             N += design.normal_matrix(M, self.ground[:, part], is_far)
         return N
 
-    def move_points(self, step: FloatArray) -> float:
-        """The largest move of a point with errors, in camera distances."""
-        lift = 0.0
+    def move_points(self, step: FloatArray) -> None:
+        """Those with errors, and keep how far they were moved."""
+        self.moves = []
         for part, design in self.weighted:
             moved = design.moved(step)
-            lift = max(lift, float(np.abs(moved - self.points[:, part]).max()))
+            self.moves.append(moved - self.points[:, part])
             self.points[:, part] = moved
-        return lift / self.distance
+
+    def are_points_at_rest(self) -> bool:
+        return all(float(np.abs(move).max()) < LAST_MOVE * self.distance for move in self.moves)
 
     def is_in_front(self, M: FloatArray) -> bool:
         return bool(np.count_nonzero(M[2].dot(self.ground) < 0.0) == self.ground.shape[1])
@@ -219,14 +230,15 @@ class _Photo:
     def result(self, M: FloatArray, inverse: FloatArray, vPv: float, number: int) -> LeanResection:
         R, t, d, f = M[:3, :3].T * self.distance, M[:3, 3], self.distance, self.f
         S = self.origin - R.dot(t) * d
-        turn = np.zeros((6, 6))  # r -> -R r, dS = -R t d
+        turn, back = np.zeros((2, 6, 6))  # r -> -R r, dS = -R t d
         turn[:3, :3], turn[3:, 3:] = R, R * d
         turn = turn.dot(FROM_UNKNOWNS)
         Q = turn.dot(inverse).dot(turn.T) / f**2
         if not self.weighted:
             return LeanResection(R, S, Q, vPv * f**2, number, True)
-        to_unknowns = np.linalg.inv(turn)
-        G, own = zip(*(design.point_cofactors(to_unknowns) for _, design in self.weighted), strict=True)
+        back[:3, :3], back[3:, 3:] = R.T, R.T / d
+        back = FROM_UNKNOWNS.T.dot(back)
+        G, own = zip(*(design.point_cofactors(back) for _, design in self.weighted), strict=True)
         P, by_elements = self.origin + self.points.T, np.concatenate(G)
         return LeanResection(R, S, Q, vPv * f**2, number, True, P, by_elements, np.concatenate(own) / f**2)
 

@@ -229,7 +229,7 @@ def test_from_anywhere_an_end_is_the_optimum(weighted: bool) -> None:
 def _ends(image: Array, ground: Array, R: Array, S: Array) -> list[LeanResection]:
     """With the image points as measured far off, and with the computed ones alone."""
     given = lean_module._Photo(image, ground, F_MM, S, None)
-    return [lean_module._gauss_newton(given, R, S, far, 20) for far in (lean_module.FAR, np.inf)]
+    return [lean_module._gauss_newton(given, R, S, is_far, 20) for is_far in (True, False)]
 
 
 @pytest.mark.parametrize("n", [6, 20, 100])
@@ -256,6 +256,20 @@ def test_where_the_points_as_measured_lead_nowhere_the_computed_ones_do() -> Non
         ends.add((by_measured, by_computed))
         assert lean_resection(image[i], ground[i], F_MM, R, S).converged == (by_measured or by_computed)
     assert {(False, True), (True, True)} <= ends
+
+
+def test_control_without_heights_is_never_taken_as_given() -> None:
+    """Every second point has only a plan; its height is a guess a third of the height of flight off."""
+    one = photo(20, 4)
+    given, S = one.given.copy(), np.tile(POINT_COVARIANCE / SIGMA_MM**2, (20, 1, 1))
+    given[::2, 2] += HEIGHT_M / 3
+    S[::2, 2, 2] = (HEIGHT_M / SIGMA_MM) ** 2
+    given_as_it_is = lean_module._Photo(one.image, given, F_MM, one.S0, S)
+    assert not given_as_it_is.is_control_sure
+    found = lean_resection(one.image, given, F_MM, one.R0, one.S0, S)
+    true = lean_resection(one.image, one.given, F_MM, one.R0, one.S0)
+    assert found.converged
+    assert in_sigmas(found.station - true.station, found.Q[3:, 3:]) < 30.0  # of readings; control has five of them
 
 
 @pytest.mark.parametrize("way", WAYS)
