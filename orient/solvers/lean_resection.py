@@ -230,14 +230,13 @@ class _Photo:
     def result(self, M: FloatArray, inverse: FloatArray, vPv: float, number: int) -> LeanResection:
         R, t, d, f = M[:3, :3].T * self.distance, M[:3, 3], self.distance, self.f
         S = self.origin - R.dot(t) * d
-        turn, back = np.zeros((2, 6, 6))  # r -> -R r, dS = -R t d
+        turn = np.zeros((6, 6))  # r -> -R r, dS = -R t d
         turn[:3, :3], turn[3:, 3:] = R, R * d
         turn = turn.dot(FROM_UNKNOWNS)
         Q = turn.dot(inverse).dot(turn.T) / f**2
         if not self.weighted:
             return LeanResection(R, S, Q, vPv * f**2, number, True)
-        back[:3, :3], back[3:, 3:] = R.T, R.T / d
-        back = FROM_UNKNOWNS.T.dot(back)
+        back = np.linalg.inv(turn)
         G, own = zip(*(design.point_cofactors(back) for _, design in self.weighted), strict=True)
         P, by_elements = self.origin + self.points.T, np.concatenate(G)
         return LeanResection(R, S, Q, vPv * f**2, number, True, P, by_elements, np.concatenate(own) / f**2)
