@@ -82,15 +82,18 @@ def lean_resection(
     station: FloatArray,
     ground_cofactor: FloatArray | None = None,
     max_iterations: int = 20,
+    may_be_far: bool = True,
 ) -> LeanResection:
     """x = -f xs/zs, y = -f ys/zs, (xs, ys, zs) = R'(P - S); v'Pv -> min from rough R, S.
 
     `image` (n, 2) [mm]; `ground` (n, 3) [m], right-handed, without errors or with the covariance / sigma0^2
     `ground_cofactor` (n, 3, 3) [m^2/mm^2]: then each point is eliminated by its 2 x 2 matrix 1 + B S B'.
+    `may_be_far`: with the equations for far off until a step is small; without them the steps are those of a batch.
     Source: seed 004, equations (3)-(5) with ground observations.
     """
+    has_errors = ground_cofactor is not None
     with np.errstate(all="ignore"):
-        for R, S, is_far in _starts(image, ground, f_mm, rotation, station, ground_cofactor is not None):
+        for R, S, is_far in _starts(image, ground, f_mm, rotation, station, may_be_far, has_errors):
             found = _gauss_newton(_Photo(image, ground, f_mm, S, ground_cofactor), R, S, is_far, max_iterations)
             if found.converged:
                 break
@@ -98,7 +101,13 @@ def lean_resection(
 
 
 def _starts(
-    image: FloatArray, ground: FloatArray, f_mm: float, rotation: FloatArray, station: FloatArray, has_errors: bool
+    image: FloatArray,
+    ground: FloatArray,
+    f_mm: float,
+    rotation: FloatArray,
+    station: FloatArray,
+    may_be_far: bool,
+    has_errors: bool,
 ) -> Iterator[tuple[FloatArray, FloatArray, bool]]:
     """R, S and whether they are far off.
 
@@ -107,10 +116,12 @@ def _starts(
     """
     if len(image) >= MANY_POINTS and not has_errors:
         at = some_points(len(image))
-        found = lean_resection(np.take(image, at, axis=0), np.take(ground, at, axis=0), f_mm, rotation, station)
+        x, P = np.take(image, at, axis=0), np.take(ground, at, axis=0)
+        found = lean_resection(x, P, f_mm, rotation, station, may_be_far=may_be_far)
         if found.converged:
             yield found.rotation, found.station, False
-    yield rotation, station, True
+    if may_be_far:
+        yield rotation, station, True
     yield rotation, station, False
 
 

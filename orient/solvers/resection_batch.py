@@ -138,7 +138,7 @@ def _one_by_one(photos: Photos, max_iterations: int) -> BatchResection:
     result = unsolved(photos)
     given = zip(photos.image, photos.ground, photos.f.tolist(), photos.rotation, photos.station, strict=True)
     for at, photo in enumerate(given):
-        _put(result, at, lean_resection(*photo, max_iterations=max_iterations))
+        _put(result, at, lean_resection(*photo, max_iterations=max_iterations, may_be_far=False))
     return result
 
 
