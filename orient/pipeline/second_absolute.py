@@ -20,10 +20,10 @@ from orient.pipeline.agreement import (
 from orient.pipeline.frames import Frame, frame_of
 from orient.pipeline.ground import ground_of
 from orient.pipeline.tables import Array, columns, number, required, single
-from orient.solvers import independent_absolute
 from orient.solvers.absolute_orientation import origin_by_centre
 from orient.solvers.absolute_problem import Similarity
 from orient.solvers.independent_absolute import ModelObservations, solve_model_independently
+from orient.solvers.independent_algebra import MINPACK
 from orient.solvers.independent_resection import MAX_UNKNOWNS
 from orient.solvers.packed import unpack_upper
 from orient.values import Row, Settings, Tables
@@ -69,7 +69,7 @@ def _zone(zone: Zone, frame: Frame, settings: Settings, stored: Tables) -> Solve
     if row["sigma0"] is not None:
         sigma0 = (found.vPv / required(row, "redundancy")) ** 0.5
         gaps["sigma0"] = (relative(required(row, "sigma0"), sigma0, ROUNDING), VALUE)
-    return Solved([Agreement(independent_absolute.ENGINE, zone.name, name, *value) for name, value in gaps.items()])
+    return Solved([Agreement(MINPACK, zone.name, name, *value) for name, value in gaps.items()])
 
 
 def _elements(row: Row, frame: Frame) -> tuple[Array, float, Array]:

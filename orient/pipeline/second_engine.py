@@ -22,6 +22,7 @@ from orient.pipeline.second_absolute import absolute_again
 from orient.pipeline.second_resection import resection_again
 from orient.pipeline.tables import Array, columns, names, required, single
 from orient.solvers import independent_plane, independent_polynomial
+from orient.solvers.independent_algebra import MINPACK
 from orient.solvers.packed import unpack_upper
 from orient.values import Row, Settings, Tables
 
@@ -94,10 +95,10 @@ def _interior(inputs: Mapping[str, Tables], stored: Tables) -> Solved:
         sigma = np.array([required(rows[name], "sigma") for name in found.parameters])
         stated = required(single(stored, "interior_orientation"), "sigma0_mm")
         pairs = (("sigma0", relative(stated, sigma0, TINY)), ("sigmas", relative_all(sigma, spread)))
-        agreements = [Agreement(independent_plane.ENGINE, "", name, value, VALUE) for name, value in pairs]
+        agreements = [Agreement(MINPACK, "", name, value, VALUE) for name, value in pairs]
         unit, relative_to = spread, SIGMAS
     gaps = largest(gap / np.maximum(unit, TINY))
-    return Solved([Agreement(independent_plane.ENGINE, "", "parameters", gaps, relative_to), *agreements])
+    return Solved([Agreement(MINPACK, "", "parameters", gaps, relative_to), *agreements])
 
 
 def _mark_means(inputs: Mapping[str, Tables], stored: Tables, marks: Sequence[str]) -> Array:

@@ -17,8 +17,9 @@ from orient.pipeline.agreement import (
 )
 from orient.pipeline.tables import Array, required, single
 from orient.pipeline.verify_observations import ResectionCase, resection_observations
-from orient.solvers import foreign_engines, independent_resection
+from orient.solvers import foreign_engines
 from orient.solvers.foreign_engines import ForeignPose, can_solve, solve_by_others
+from orient.solvers.independent_algebra import MINPACK
 from orient.solvers.independent_resection import MAX_UNKNOWNS, ResectionObservations, solve_independently
 from orient.solvers.packed import unpack_upper
 from orient.values import Settings, Tables
@@ -55,7 +56,7 @@ def resection_again(inputs: Mapping[str, Tables], settings: Settings, stored: Ta
     if row["sigma0_mm"] is not None:
         sigma0 = (found.vPv / required(row, "redundancy")) ** 0.5
         gaps["sigma0"] = (relative(required(row, "sigma0_mm"), sigma0, _rounding(given)), VALUE)
-    own = [Agreement(independent_resection.ENGINE, "", name, *value) for name, value in gaps.items()]
+    own = [Agreement(MINPACK, "", name, *value) for name, value in gaps.items()]
     others, remarks = _by_others(case, found.vPv, variance, units)
     return Solved([*own, *others], remarks=remarks)
 

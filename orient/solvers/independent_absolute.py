@@ -10,21 +10,19 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from orient.solvers.independent_algebra import (
     DISPLACED,
     STEP,
-    TIGHTEST,
     cayley,
     last_cofactors,
+    minimised,
     weight_root,
 )
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-ENGINE = "scipy least_squares"
 KNOWN = 0.5
 """Eigenvalue of a projector above which a direction belongs to it."""
 
@@ -160,15 +158,11 @@ def solve_model_independently(
     system = _System(centred, rotation, H, at, extent)
     start = np.zeros(given.n_unknowns)
     start[:7] = DISPLACED * (-1.0) ** np.arange(7)
-    found = least_squares(
-        lambda x: system.residuals(x).real, start, system.jacobian, method="lm", x_scale="jac", xtol=TIGHTEST,
-        ftol=TIGHTEST, gtol=TIGHTEST, max_nfev=200,
-    )  # fmt: skip
-    R, scale, C = system.placed(found.x)
+    x, vPv, converged = minimised(lambda x: np.asarray(system.residuals(x).real), system.jacobian, start)
+    R, scale, C = system.placed(x)
     end = np.asarray(R.real, dtype=np.float64)
-    Q = _cofactors(system, found.x)
-    return IndependentAbsolute(end, float(np.real(scale)), np.asarray(C.real + ground_centre), model_centre,
-                               2 * float(found.cost), Q, converged=found.status > 0)  # fmt: skip
+    centre, Q = np.asarray(C.real + ground_centre), _cofactors(system, x)
+    return IndependentAbsolute(end, float(np.real(scale)), centre, model_centre, vPv, Q, converged=converged)
 
 
 def _cofactors(system: _System, x: FloatArray) -> FloatArray:

@@ -8,17 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lstsq
-from scipy.optimize import least_squares
+
+from orient.solvers.independent_algebra import minimised
 
 FloatArray = NDArray[np.float64]
 
-ENGINE = "scipy least_squares"
 NAMES = {
     "similarity": ("a0", "b0", "a1", "a2"),
     "affine": ("a0", "a1", "a2", "b0", "b1", "b2"),
     "projective": ("a0", "a1", "a2", "b0", "b1", "b2", "c1", "c2"),
 }
-TIGHTEST = 1e-15
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,12 +44,10 @@ def fit_plane(measured: FloatArray, calibrated: FloatArray, transformation: str)
         steps = 1e-30j * np.eye(len(p))
         return np.stack([residuals(p + step).imag / 1e-30 for step in steps], axis=-1)
 
-    found = least_squares(
-        real, _start(measured, calibrated, names), jacobian, x_scale="jac", xtol=TIGHTEST, ftol=TIGHTEST, gtol=TIGHTEST
-    )
-    inverse = np.linalg.pinv(jacobian(found.x))
-    parameters = dict(zip(names, found.x.tolist(), strict=True))
-    return IndependentPlane(parameters, inverse @ inverse.T, 2 * float(found.cost), measured.size - len(names))
+    p, vv, _ = minimised(real, jacobian, _start(measured, calibrated, names))
+    inverse = np.linalg.pinv(jacobian(p))
+    parameters = dict(zip(names, p.tolist(), strict=True))
+    return IndependentPlane(parameters, inverse @ inverse.T, vv, measured.size - len(names))
 
 
 def _transformed(p: dict[str, complex], XY: FloatArray) -> NDArray[np.complex128]:

@@ -11,15 +11,14 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from orient.solvers.common_unknowns import CommonUnknowns
 from orient.solvers.independent_algebra import (
     DISPLACED,
     STEP,
-    TIGHTEST,
     cayley,
     last_cofactors,
+    minimised,
     weight_root,
 )
 from orient.solvers.independent_camera import IndependentCamera
@@ -27,7 +26,6 @@ from orient.solvers.independent_camera import IndependentCamera
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-ENGINE = "scipy least_squares"
 MAX_UNKNOWNS = 1000
 """A dense system of more takes minutes."""
 DIFFERENCE = 1e-6
@@ -282,14 +280,13 @@ def solve_independently(
         whole[free] = x
         return whole
 
-    found = least_squares(
-        lambda x: system.residuals(spread(x)), start[free], lambda x: system.jacobian(spread(x))[:, free],
-        method="lm", x_scale="jac", xtol=TIGHTEST, ftol=TIGHTEST, gtol=TIGHTEST, max_nfev=200,
-    )  # fmt: skip
-    x = spread(found.x)
+    found, vPv, converged = minimised(
+        lambda x: system.residuals(spread(x)), lambda x: system.jacobian(spread(x))[:, free], start[free]
+    )
+    x = spread(found)
     turned, place = system.placed(x)
-    return IndependentResection(place + origin, turned, system.elements(x), 2 * float(found.cost),
-                                _cofactors(system, x), converged=found.status > 0)  # fmt: skip
+    Q = _cofactors(system, x)
+    return IndependentResection(place + origin, turned, system.elements(x), vPv, Q, converged=converged)
 
 
 def _cofactors(system: _System, x: FloatArray) -> FloatArray:
