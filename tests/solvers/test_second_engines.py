@@ -62,18 +62,19 @@ def test_resection_with_points_of_every_kind() -> None:
     assert np.linalg.norm(other.station - view.station) < 1.0
 
 
-@pytest.mark.parametrize("n", [20, 300, 1000])
-def test_many_readings_do_not_stop_it_early(n: int) -> None:
-    """v'Pv alone is flat within 1e-6 sigma of its minimum for hundreds of readings; both go on to the last bits."""
-    random = generator(f"many {n}")
-    view = scene(random, n=n, rotation=looking(0.4, 0.3, 1.0), relief=0.2)
-    image = view.noisy(SIGMA_MM, random)
-    found = resect(image, view.unit, view.ground, view.f_mm)
-    given = ResectionObservations(image, view.unit, view.ground, view.f_mm)
-    other = solve_independently(given, found.station, found.rotation)
-    sigma = np.sqrt(found.vPv / found.redundancy * np.diag(found.Q))
-    assert np.max(np.abs(other.station - found.station) / sigma[3:]) < 1e-8
-    assert np.max(np.abs(other.rotation - found.rotation)) < 1e-8 * np.min(sigma[:3])
+@pytest.mark.parametrize("n", [20, 300])
+def test_it_goes_to_the_end_where_vPv_is_flat(n: int) -> None:
+    """v'Pv alone does not tell a place 1e-6 sigma from the minimum: three of ten scenes need the last linear step."""
+    for number in range(10):
+        random = generator(f"many {n} {number}")
+        view = scene(random, n=n, rotation=looking(0.4, 0.3, 1.0), relief=0.2)
+        image = view.noisy(SIGMA_MM, random)
+        found = resect(image, view.unit, view.ground, view.f_mm)
+        given = ResectionObservations(image, view.unit, view.ground, view.f_mm)
+        other = solve_independently(given, found.station, found.rotation)
+        sigma = np.sqrt(found.vPv / found.redundancy * np.diag(found.Q))
+        assert np.max(np.abs(other.station - found.station) / sigma[3:]) < 1e-8
+        assert np.max(np.abs(other.rotation - found.rotation)) < 1e-8 * np.min(sigma[:3])
 
 
 def test_a_station_that_is_not_the_solution_is_not_confirmed() -> None:
