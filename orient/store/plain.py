@@ -119,6 +119,8 @@ def _in_order(columns: list[Any], key: Sequence[Any]) -> list[Any]:
 
 def plain_column(values: Any, kind: str, table: str, column: str) -> Any:
     """A column as `plain_value` makes it; columns of one type are looked at as a whole."""
+    if hasattr(values, "compressed") and not values.mask.any():
+        values = values.data  # a masked array in which all is known
     if kind == "REAL" and str(getattr(values, "dtype", "")) == "float64":
         known = values.compressed() if hasattr(values, "compressed") else values
         if abs(known).max(initial=0.0) <= REAL_LIMIT:  # false for NaN

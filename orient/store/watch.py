@@ -72,10 +72,11 @@ class Watch:
             return sqlite3.SQLITE_DENY
         if inner is not None and self.phase != "query" and inner not in self.names:
             return sqlite3.SQLITE_DENY
-        return sqlite3.SQLITE_OK if self._is_allowed(action, first) else sqlite3.SQLITE_DENY
+        is_allowed = action in READING or self._is_allowed(action, first)
+        return sqlite3.SQLITE_OK if is_allowed else sqlite3.SQLITE_DENY
 
     def _is_allowed(self, action: int, first: str | None) -> bool:
-        if self.phase == "setup" or action in READING or action == sqlite3.SQLITE_FUNCTION:
+        if self.phase == "setup" or action == sqlite3.SQLITE_FUNCTION:
             return True
         # json_each and the like announce their columns as updates of the schema table; query_only or a connection
         # that only reads stand behind
