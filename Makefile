@@ -23,7 +23,7 @@ demo: $(STAMP) ## orient a real space photograph, Apollo 15 from lunar orbit
 	@BIN=$(BIN) DEMO=$(DEMO) sh sample_projects/demo.sh
 
 test: $(STAMP) ## all tests but the slow ones
-	$(BIN)/python -m pytest -n 2 -m "not slow"
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not slow"
 
 test-slow: $(STAMP) ## long simulations and fault loops; prints the table of promises
 	$(BIN)/python -m pytest -n 2 -m "slow or promise" --promises build/promises.md
