@@ -27,19 +27,18 @@ def leads_of(task: Task, candidates: Sequence[Candidate]) -> list[Lead]:
     at = np.flatnonzero(task.full)
     at = at[:: -(-len(at) // MOST_POINTS)]
     p, image, ground = len(candidates), task.problem.image[at], task.problem.known.given[at]
-    rotations = np.array([one.rotation for one in candidates]).reshape(-1, 3, 3)
-    stations = np.array([one.station for one in candidates]).reshape(-1, 3)
     starts = Photos(
         image=np.broadcast_to(image, (p, *image.shape)),
         ground=np.broadcast_to(ground, (p, *ground.shape)),
         f=np.full(p, task.problem.f_mm),
-        rotation=rotations,
-        station=stations,
+        rotation=np.array([one.rotation for one in candidates]).reshape(-1, 3, 3),
+        station=np.array([one.station for one in candidates]).reshape(-1, 3),
     )
     found = gauss_newton(starts, MOST_ITERATIONS)
     good = np.flatnonzero(found.converged)
-    rotations[good], stations[good] = found.rotation[good], found.station[good]
     firsts = np.arange(p)
-    firsts[good] = good[first_alike(rotations[good], stations[good], ground, SAME_LEAD, len(good))]
-    leads = zip(candidates, rotations, stations, firsts.tolist(), strict=True)
-    return [Lead(replace(one, rotation=R, station=S), first) for one, R, S, first in leads]
+    firsts[good] = good[first_alike(found.rotation[good], found.station[good], ground, SAME_LEAD, len(good))]
+    leads = list(candidates)
+    for k in good.tolist():
+        leads[k] = replace(candidates[k], rotation=found.rotation[k], station=found.station[k])
+    return list(map(Lead, leads, firsts.tolist()))

@@ -1,0 +1,53 @@
+"""Starts with one lead share an end only where that lead holds for it."""
+
+import numpy as np
+import pytest
+
+import orient.solvers.resection as resection
+from orient.solvers.functional_iteration import Termination
+from orient.solvers.resection import resect
+from tests.solvers.resection_scenes import generator, scene
+
+SIGMA_MM = 0.01
+
+
+@pytest.mark.parametrize("many", [4, resection.MANY_POINTS])
+def test_unsure_control_keeps_its_rivals(many: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    # as if without errors all starts lead to one place; with them three orientations hold, and two fit equally well
+    image = np.array([[26.347, -83.392], [-43.027, -5.565], [-27.899, -79.437], [87.497, -10.286]])
+    ground = np.array([[10.4, -51.4, 0.1], [-256.2, 149.7, 0.4], [-169.3, -86.6, -0.3], [181.7, 181.8, 0.0]])
+    monkeypatch.setattr(resection, "MANY_POINTS", many)
+    sigma_m = np.array([5.0, 1.0, 1.0, 0.1])
+    found = resect(
+        image,
+        np.tile(np.eye(2), (4, 1, 1)),
+        ground,
+        300.0,
+        ground_free=np.tile(np.eye(3), (4, 1, 1)),
+        ground_weight=(SIGMA_MM / sigma_m[:, None, None]) ** 2 * np.eye(3),
+        sigma0_mm=SIGMA_MM,
+    )
+    assert found.termination is Termination.CONVERGED
+    np.testing.assert_allclose(found.vPv, 0.000733, atol=1e-6)
+    np.testing.assert_allclose([one.vPv for one in found.alternatives], [0.002488, 0.005672], atol=1e-6)
+    assert [one.is_as_good for one in found.alternatives] == [True, False]
+
+
+def test_sure_control_is_adjusted_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    adjusted: list[object] = []
+    refined = resection._refined
+    monkeypatch.setattr(resection, "_refined", lambda task, one: (adjusted.append(one), refined(task, one))[1])
+    random = generator("test_sure_control")
+    s = scene(random, n=8)
+    found = resect(s.noisy(SIGMA_MM, random), s.unit, s.ground, s.f_mm)
+    assert found.termination is Termination.CONVERGED
+    assert len(adjusted) < sum(start.end is not None for start in found.starts)
+
+
+def test_a_fixed_station_stays_with_many_points_too() -> None:
+    random = generator("test_fixed_station_of_many")
+    s = scene(random, n=resection.MANY_POINTS)
+    fixed = s.station + np.array([0.5, -0.3, 0.2])
+    found = resect(s.noisy(SIGMA_MM, random), s.unit, s.ground, s.f_mm, fixed_station=fixed)
+    assert found.termination is Termination.CONVERGED
+    np.testing.assert_allclose(found.station, fixed, atol=1e-9)
