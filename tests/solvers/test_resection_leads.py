@@ -5,8 +5,8 @@ import pytest
 
 import orient.solvers.resection as resection
 from orient.solvers.functional_iteration import Termination
-from orient.solvers.resection import resect
-from tests.solvers.resection_scenes import generator, scene
+from orient.solvers.resection import Resection, resect
+from tests.solvers.resection_scenes import FloatArray, generator, scene
 
 SIGMA_MM = 0.01
 
@@ -17,16 +17,7 @@ def test_unsure_control_keeps_its_rivals(many: int, monkeypatch: pytest.MonkeyPa
     image = np.array([[26.347, -83.392], [-43.027, -5.565], [-27.899, -79.437], [87.497, -10.286]])
     ground = np.array([[10.4, -51.4, 0.1], [-256.2, 149.7, 0.4], [-169.3, -86.6, -0.3], [181.7, 181.8, 0.0]])
     monkeypatch.setattr(resection, "MANY_POINTS", many)
-    sigma_m = np.array([5.0, 1.0, 1.0, 0.1])
-    found = resect(
-        image,
-        np.tile(np.eye(2), (4, 1, 1)),
-        ground,
-        300.0,
-        ground_free=np.tile(np.eye(3), (4, 1, 1)),
-        ground_weight=(SIGMA_MM / sigma_m[:, None, None]) ** 2 * np.eye(3),
-        sigma0_mm=SIGMA_MM,
-    )
+    found = _with_errors(image, ground, 300.0, np.array([5.0, 1.0, 1.0, 0.1]))
     assert found.termination is Termination.CONVERGED
     np.testing.assert_allclose(found.vPv, 0.000733, atol=1e-6)
     np.testing.assert_allclose([one.vPv for one in found.alternatives], [0.002488, 0.005672], atol=1e-6)
@@ -44,6 +35,15 @@ def test_sure_control_is_adjusted_once(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(adjusted) < sum(start.end is not None for start in found.starts)
 
 
+def test_an_end_that_is_none_leaves_doubt_without_redundancy() -> None:
+    # the best start has an end, from others the way to it is too flat: nothing tells them apart
+    image = np.array([[216.827, -4.662], [96.97, 5.543], [79.343, -35.087]])
+    ground = np.array([[-465.3, -316.1, -0.3], [-552.6, -199.0, 0.0], [-611.2, -218.0, 0.0]])
+    found = _with_errors(image, ground, 1000.0, np.array([50.0, 0.1, 0.1]))
+    assert found.redundancy == 0
+    assert found.termination is Termination.MAX_ITERATIONS
+
+
 def test_a_fixed_station_stays_with_many_points_too() -> None:
     random = generator("test_fixed_station_of_many")
     s = scene(random, n=resection.MANY_POINTS)
@@ -51,3 +51,16 @@ def test_a_fixed_station_stays_with_many_points_too() -> None:
     found = resect(s.noisy(SIGMA_MM, random), s.unit, s.ground, s.f_mm, fixed_station=fixed)
     assert found.termination is Termination.CONVERGED
     np.testing.assert_allclose(found.station, fixed, atol=1e-9)
+
+
+def _with_errors(image: FloatArray, ground: FloatArray, f_mm: float, sigma_m: FloatArray) -> Resection:
+    n = len(image)
+    return resect(
+        image,
+        np.tile(np.eye(2), (n, 1, 1)),
+        ground,
+        f_mm,
+        ground_free=np.tile(np.eye(3), (n, 1, 1)),
+        ground_weight=(SIGMA_MM / sigma_m[:, None, None]) ** 2 * np.eye(3),
+        sigma0_mm=SIGMA_MM,
+    )
