@@ -95,8 +95,8 @@ def resect(
     ones are refined, and the valid one (converged, all points in front, camera above) with the smallest v'Pv is the
     result; `approximate_station` picks among those that fit equally well. The other valid ones are `alternatives`;
     `starts` and `ends` are all that was tried and where it led. Starts that the lean Gauss-Newton with about 1000 of
-    the full points leads to one place have one end, if that is near this place (control that is sure) and has
-    redundancy; from 2000 points on the iterations with all points begin there.
+    the full points leads to one place have one end, if that is near this place (control that is sure and even) and
+    has redundancy; from 2000 points on the iterations with all points begin there.
     Without a valid one the best is returned with its termination. Control that cannot determine a photo at all
     (fewer than three full points, points on a line, coinciding points) raises GeometryError.
     r = 2n + rank W + rank C + known elements - unknown elements - rank D - rank C. Source: seed 004, equations (3)-(5)

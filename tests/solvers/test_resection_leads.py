@@ -24,6 +24,16 @@ def test_unsure_control_keeps_its_rivals(many: int, monkeypatch: pytest.MonkeyPa
     assert [one.is_as_good for one in found.alternatives] == [True, False]
 
 
+def test_an_unsure_reading_does_not_hide_a_rival_of_the_others() -> None:
+    # the fourth point, a hundred times less sure, does not tell two orientations by the others apart
+    image = np.array([[13.533, -42.699], [-4.157, -35.0], [-15.722, 42.682], [-2.898, -18.558]])
+    ground = np.array([[-16.8, -290.1, 0.0], [-134.9, -238.6, 0.0], [-200.9, 289.1, 0.0], [-123.6, -127.3, 0.0]])
+    cofactors = np.eye(2) * np.array([1.0, 1.0, 1.0, 1e4])[:, None, None]
+    found = resect(image, cofactors, ground, 150.0, sigma0_mm=SIGMA_MM)
+    assert found.termination is Termination.CONVERGED
+    assert [one.is_as_good for one in found.alternatives] == [True]
+
+
 def test_sure_control_is_adjusted_once(monkeypatch: pytest.MonkeyPatch) -> None:
     adjusted: list[object] = []
     refined = resection._refined
