@@ -181,17 +181,26 @@ def _all_refined(task: Task, worth: Sequence[Candidate]) -> list[tuple[Refined, 
         begin = lead.start if are_many else start
         end = ends[lead.first] if lead.first < number else _refined(task, begin)
         is_own = lead.first == number and begin is start
-        ends.append(end if is_own or _ends_near(end, lead.start) else _refined(task, start))
+        ends.append(end if is_own or _ends_near(task, end, lead.start) else _refined(task, start))
     return ends
 
 
-def _ends_near(end: tuple[Refined, Termination], lead: Candidate) -> bool:
+def _ends_near(task: Task, end: tuple[Refined, Termination], lead: Candidate) -> bool:
     """Is the lead about where its adjustment ends? Else errors of the control or what else is known decide the way."""
     iterated, termination = end
-    state, distance = iterated.state, iterated.linear.distance
+    state, distance = _end_with_given_camera(task, iterated), iterated.linear.distance
     turned = np.linalg.norm(state.rotation - lead.rotation) / np.sqrt(2)
     moved = np.linalg.norm(state.station - lead.station) / distance
     return termination is Termination.CONVERGED and bool(max(turned, moved) < LEAD_TO_END)
+
+
+def _end_with_given_camera(task: Task, iterated: Refined) -> Orientation:
+    """Where the elements of the camera were released, or the end: a lead knows nothing of them."""
+    interior = task.problem.interior
+    if interior is None:
+        return iterated.state
+    given = [step.state for step in iterated.steps if np.array_equal(step.state.camera, interior.apriori)]
+    return given[-1] if given else iterated.state
 
 
 def _refined(task: Task, candidate: Candidate) -> tuple[Refined, Termination]:
