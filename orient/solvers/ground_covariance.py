@@ -264,4 +264,5 @@ def error_ellipses(covariances: FloatArray) -> FloatArray:
     mean, radius = 0.5 * (q11 + q22), np.hypot(0.5 * (q11 - q22), q12)
     azimuth = 0.5 * np.arctan2(2 * q12, q11 - q22) % math.pi
     a, b = np.sqrt(np.maximum(mean + radius, 0.0)), np.sqrt(np.maximum(mean - radius, 0.0))
-    return np.column_stack([a, b, np.where(radius > 0, azimuth, 0.0 * radius)])
+    is_turned = (radius > 0) & (azimuth < math.pi)  # a rounding below zero is pi by %
+    return np.column_stack([a, b, np.where(is_turned, azimuth, 0.0 * radius)])

@@ -11,7 +11,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from orient.errors import GeometryError, require_numba
+from orient.errors import GeometryError, UsageError, require_numba
 from orient.geometry import polynomial
 from orient.solvers.polynomial_degree import terms
 
@@ -66,6 +66,8 @@ class LeanPolynomial:
     def _normalised(self, XY: FloatArray) -> FloatArray:
         """u, v (2, k); one place may come alone."""
         places = np.atleast_2d(np.asarray(XY, dtype=np.float64))
+        if places.ndim != 2 or places.shape[1] != 2:  # one column would be taken for both
+            raise UsageError(f"XY has the shape {np.shape(XY)}", "Give XY (k, 2).")
         return np.ascontiguousarray(((places - self.centre) / self.scale).T)
 
 

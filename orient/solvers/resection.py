@@ -43,6 +43,8 @@ UNLIKELY = 13.8
 FAR_BETTER = 100.0
 FITS, HOPELESS = 0.005, 0.05
 ROUNDING_SHARE = 1e-10
+LEAD_TO_END = 0.001
+"""Between the lead of several starts and their one end: rotation [rad], station [distance]."""
 MANY_POINTS = 2000
 """From so many points on, the iterations begin where a part of the points leads."""
 
@@ -93,7 +95,8 @@ def resect(
     ones are refined, and the valid one (converged, all points in front, camera above) with the smallest v'Pv is the
     result; `approximate_station` picks among those that fit equally well. The other valid ones are `alternatives`;
     `starts` and `ends` are all that was tried and where it led. Starts that the lean Gauss-Newton with about 1000 of
-    the full points leads to one place have one end; from 2000 points on the iterations with all points begin there.
+    the full points leads to one place have one end, if that is near this place (control that is sure and even) and
+    has redundancy; from 2000 points on the iterations with all points begin there.
     Without a valid one the best is returned with its termination. Control that cannot determine a photo at all
     (fewer than three full points, points on a line, coinciding points) raises GeometryError.
     r = 2n + rank W + rank C + known elements - unknown elements - rank D - rank C. Source: seed 004, equations (3)-(5)
@@ -165,15 +168,39 @@ def _worth_refining(task: Task, starts: Sequence[Candidate]) -> list[Candidate]:
 
 
 def _all_refined(task: Task, worth: Sequence[Candidate]) -> list[tuple[Refined, Termination]]:
-    """The adjustment from each start; one for all starts with the same lead. That of many points begins there."""
+    """The adjustment from each start; one for all starts with the same lead, where that is near its end.
+
+    That of many points begins at the lead.
+    """
+    if task.problem.is_station_fixed or task.redundancy == 0:  # a place that no lead keeps; every end is told
+        return [_refined(task, one) for one in worth]
+    are_many = len(task.problem.image) >= MANY_POINTS
     leads = leads_of(task, worth)
-    begins = [one.start for one in leads] if len(task.problem.image) >= MANY_POINTS else worth
     ends: list[tuple[Refined, Termination]] = []
-    for number, lead in enumerate(leads):
-        shared = ends[lead.first] if lead.first < number else None
-        is_shared = shared is not None and shared[1] is Termination.CONVERGED
-        ends.append(shared if shared is not None and is_shared else _refined(task, begins[number]))
+    for number, (start, lead) in enumerate(zip(worth, leads, strict=True)):
+        begin = lead.start if are_many else start
+        end = ends[lead.first] if lead.first < number else _refined(task, begin)
+        is_own = lead.first == number and begin is start
+        ends.append(end if is_own or _ends_near(task, end, lead.start) else _refined(task, start))
     return ends
+
+
+def _ends_near(task: Task, end: tuple[Refined, Termination], lead: Candidate) -> bool:
+    """Is the lead about where its adjustment ends? Else errors of the control or what else is known decide the way."""
+    iterated, termination = end
+    state, distance = _end_with_given_camera(task, iterated), iterated.linear.distance
+    turned = np.linalg.norm(state.rotation - lead.rotation) / np.sqrt(2)
+    moved = np.linalg.norm(state.station - lead.station) / distance
+    return termination is Termination.CONVERGED and bool(max(turned, moved) < LEAD_TO_END)
+
+
+def _end_with_given_camera(task: Task, iterated: Refined) -> Orientation:
+    """Where the elements of the camera were released, or the end: a lead knows nothing of them."""
+    interior = task.problem.interior
+    if interior is None:
+        return iterated.state
+    given = [step.state for step in iterated.steps if np.array_equal(step.state.camera, interior.apriori)]
+    return given[-1] if given else iterated.state
 
 
 def _refined(task: Task, candidate: Candidate) -> tuple[Refined, Termination]:

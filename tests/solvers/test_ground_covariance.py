@@ -182,8 +182,9 @@ def test_factor_serves_singular_covariances() -> None:
         ([[3.0, 0.0], [0.0, 3.0]], np.sqrt(3), np.sqrt(3), 0.0),
         ([[1.0, 1.0], [1.0, 1.0]], np.sqrt(2), 0.0, 45.0),
         ([[0.0, 0.0], [0.0, 0.0]], 0.0, 0.0, 0.0),
+        ([[4.0, -1e-30], [-1e-30, 1.0]], 2.0, 1.0, 0.0),
     ],
-    ids=["along first", "along second", "45", "135", "circle", "line", "point"],
+    ids=["along first", "along second", "45", "135", "circle", "line", "point", "along first but for rounding"],
 )
 def test_error_ellipse(covariance: list[list[float]], a: float, b: float, azimuth_deg: float) -> None:
     ((found_a, found_b, azimuth),) = error_ellipses(np.array([covariance]))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from orient.errors import GeometryError
+from orient.errors import GeometryError, UsageError
 from orient.geometry import polynomial
 from orient.solvers import lean_polynomial as lean
 from orient.solvers.lean_polynomial import POINTS_AT_ONCE, lean_polynomial
@@ -44,6 +44,14 @@ def test_raw_units_do_not_matter(unit: float) -> None:
     D = polynomial.design(u, v, 5)
     best = D @ np.linalg.lstsq(D, z - z[0], rcond=None)[0] + z[0]
     np.testing.assert_allclose(lean_polynomial(XY * unit, z, 5).values(XY * unit), best, rtol=0, atol=1e-9 * np.ptp(z))
+
+
+@pytest.mark.parametrize("shape", [(3, 1), (3, 3), (1,), (2, 2, 2)], ids=str)
+def test_places_have_two_coordinates(shape: tuple[int, ...]) -> None:
+    fit = lean_polynomial(*crosses("two coordinates", 30, 2), 2)
+    for function in (fit.values, fit.leverages):
+        with pytest.raises(UsageError, match="shape"):
+            function(np.ones(shape))
 
 
 def test_compiled_values_are_the_same() -> None:

@@ -10,6 +10,7 @@ from orient.geometry.camera import INTERIOR, Camera, Measured
 from orient.geometry.collinearity import project
 from orient.geometry.distortion import Distortion, distort
 from orient.geometry.rotation import opk_by_rotation, opk_from_matrix, rotation_exp
+from orient.solvers import resection
 from orient.solvers.camera_unknowns import CameraUnknowns, separability
 from orient.solvers.element_observations import ElementObservation, along
 from orient.solvers.engines import Engine
@@ -258,6 +259,18 @@ def test_a_known_station_and_angle_are_observations() -> None:
     assert held.known_redundancy == pytest.approx(1 - np.diag(a @ Q @ a.T) * weights, abs=1e-8)
     assert held.known_redundancy.sum() + held.redundancy_numbers.sum() == pytest.approx(held.redundancy, abs=1e-8)
     assert opk_from_matrix(held.rotation)[2] == pytest.approx(kappa, abs=3e-6)
+
+
+def test_starts_share_their_end_although_the_camera_moves_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A focal length two hundredths off moves the station by as much: what counts is where the camera is released."""
+    s = scene("shared end", "correction", values={**dict.fromkeys(TRUE, 0.0), "f": F})
+    adjusted: list[object] = []
+    refined = resection._refined
+    monkeypatch.setattr(resection, "_refined", lambda task, one: (adjusted.append(one), refined(task, one))[1])
+    found = s.resect(s.unknowns(("f",), poor_start("correction", 0.98)))
+    assert found.termination is Termination.CONVERGED
+    assert found.camera == pytest.approx([F], abs=1e-6)
+    assert len(adjusted) < sum(start.end is not None for start in found.starts)
 
 
 def test_a_fixed_station_stays_and_two_points_more_are_saved() -> None:
