@@ -48,9 +48,12 @@ def resections(
 
     `rotation` (p, 3, 3), `station` (p, 3): rough values; without both, each photo begins as a vertical one and, where
     that leads to no good fit, with the starts of `orient resection`. `compiled`: with numba (`orient[fast]`), by
-    default where it is installed and there are 100 000 points or more; the results agree to 1e-9.
+    default where it is installed and there are 100 000 points or more; of photos that fit, the results
+    agree to 1e-9.
     """
     x, P = _matched(image, ground, "p, n")
+    if (rotation is None) != (station is None):
+        raise UsageError("rotation and station are only of use together", "Give both, or neither.")
     p = len(x)
     R = None if rotation is None else _rotations(rotation, (p, 3, 3))
     S = None if station is None else array_of("station", station, (p, 3))

@@ -44,7 +44,7 @@ def resection_batch(
     start leads nowhere, or a vertical one to a bad fit, those of `start_candidates` are tried. One photo with very
     many points is a batch too. Covariance = v'v/(2n - 6) Q.
     `compiled`: by numba (extra `orient[fast]`), by default where it is installed and there are enough points;
-    the results agree to 1e-9. Source: seed 004, equations (3)-(5) with fixed control.
+    of photos that fit, the results agree to 1e-9. Source: seed 004, equations (3)-(5) with fixed control.
     """
     f = np.broadcast_to(np.asarray(f_mm, dtype=np.float64), (len(image),))
     is_rough = rotation is None or station is None

@@ -63,3 +63,9 @@ def test_bad_arrays_get_one_sentence(name: str) -> None:
     given = {"image": IMAGE, "ground": S.ground, "f_mm": S.f_mm, "rotation": S.rotation, "station": S.station}
     with pytest.raises(orient.UsageError, match=said):
         orient.resection(**{**given, **changed})
+
+
+@pytest.mark.parametrize("given", [{"rotation": [S.rotation]}, {"station": [S.station]}], ids=["rotation", "station"])
+def test_half_a_start_is_refused(given: dict[str, Any]) -> None:
+    with pytest.raises(orient.UsageError, match="only of use together"):
+        orient.resections([IMAGE], [S.ground], S.f_mm, **given)
