@@ -94,8 +94,8 @@ class StoredTable:
         columns: list[Any] = [array("d") if kinds[name] == "REAL" else [] for name in self.names]
         words: dict[Scalar, Scalar] = {}
         words_of = [words if kinds[name] == "TEXT" else None for name in self.names]
-        for some in self.column_chunks():
-            columns = list(map(_extended, columns, some, words_of))
+        for rows in self.chunks():
+            columns = list(map(_extended, columns, zip(*rows, strict=True), words_of))
         return Columns(dict(zip(self.names, columns, strict=True)))
 
 
