@@ -19,6 +19,7 @@ BUSY_TIMEOUT_S = 30.0
 OPERATIONS_BETWEEN_LOOKS = 10_000
 HEAP_LIMIT_BYTES = 512 * 2**20
 SPILL = "PRAGMA cache_spill=1"
+"""As soon as the cache is full; ON would leave the number of pages as it is."""
 ALONE = ("PRAGMA journal_mode=MEMORY", "PRAGMA synchronous=OFF")
 
 CACHE_SIZE = -2000
@@ -112,7 +113,7 @@ def driver_of(connection: Connection) -> sqlite3.Connection:
 
 
 def execute(connection: Connection, statement: str, parameters: Sequence[Any] = ()) -> sqlite3.Cursor:
-    """One statement by the driver, inside the transaction of `connection`: a tenth of the way through SQLAlchemy."""
+    """One statement by the driver, inside the transaction of `connection`: without what SQLAlchemy does around it."""
     return driver_of(connection).execute(statement, parameters)
 
 
@@ -129,10 +130,7 @@ def write_alone(connection: Connection) -> None:
 
 
 def let_spill(connection: Connection) -> None:
-    """Let a large append go to the disk before its end: only into a file that nobody else knows yet.
-
-    SQLite passes it over within a transaction, so it goes through the driver.
-    """
+    """Let a large append go to the disk before its end: only into a file that nobody else knows yet."""
     driver_of(connection).execute(SPILL).fetchall()
 
 
