@@ -8,17 +8,13 @@ from collections.abc import Callable
 from functools import cache
 
 import numpy as np
-from numba import njit
 
-# error_model: the default raises on division by zero, which forbids vector instructions
-_compiled = njit(cache=True, fastmath={"reassoc", "contract", "arcp", "nsz"}, error_model="numpy")
-# within the function that makes the columns it is plain that they do not overlap
-_inlined = njit(inline="always")
+from orient.solvers.compiling import compiled, inlined
 
 BLOCK = 128
 
 
-@_inlined  # type: ignore[misc, unused-ignore]
+@inlined  # type: ignore[misc, unused-ignore]
 def _columns(points, begin, origin, columns, row):  # type: ignore[no-untyped-def]
     """Three rows of `columns`: a block of points (n, 3) from their origin; returns how many there are."""
     m = min(BLOCK, len(points) - begin)
@@ -30,7 +26,7 @@ def _columns(points, begin, origin, columns, row):  # type: ignore[no-untyped-de
     return m
 
 
-@_inlined  # type: ignore[misc, unused-ignore]
+@inlined  # type: ignore[misc, unused-ignore]
 def _scene(model, ground, model_centre, ground_centre, weights, begin, columns):  # type: ignore[no-untyped-def]
     """x, P, p as seven rows of `columns`; no weights are an empty array, and then the last row stays as it is."""
     m = _columns(model, begin, model_centre, columns, 0)
@@ -41,7 +37,7 @@ def _scene(model, ground, model_centre, ground_centre, weights, begin, columns):
     return m
 
 
-@_compiled  # type: ignore[misc, unused-ignore]
+@compiled  # type: ignore[misc, unused-ignore]
 def similarity_products(model, ground, model_centre, ground_centre, weights):  # type: ignore[no-untyped-def]
     """Upper triangle of sum p x x', sum p x P' by rows, sum p |P|^2: 16 numbers."""
     columns = np.ones((7, BLOCK))
@@ -71,7 +67,7 @@ def similarity_products(model, ground, model_centre, ground_centre, weights):  #
     return np.array([xx, xy, xz, yy, yz, zz, a, b, c, d, e, f, g, h, j, PP])
 
 
-@_compiled  # type: ignore[misc, unused-ignore]
+@compiled  # type: ignore[misc, unused-ignore]
 def similarity_sums(model, ground, model_centre, ground_centre, weights, arm):  # type: ignore[no-untyped-def]
     """sum p x v' (3, 3) by rows, sum p v, v'Pv of v = arm x - P: 13 numbers."""
     columns = np.ones((7, BLOCK))
@@ -103,7 +99,7 @@ def similarity_sums(model, ground, model_centre, ground_centre, weights, arm):  
     return np.array([a, b, c, d, e, f, g, h, j, sx, sy, sz, vPv])
 
 
-@_compiled  # type: ignore[misc, unused-ignore]
+@compiled  # type: ignore[misc, unused-ignore]
 def covariances(points, station, L, up, grazing, K):  # type: ignore[no-untyped-def]
     """K (n, 3, 3), or (n, 2, 2) of the plan, of `covariance_by_orientation`; `up` (1, 3) or (n, 3)."""
     columns, packed, nowhere = np.empty((6, BLOCK)), np.empty((6, BLOCK)), np.zeros(3)
@@ -126,7 +122,7 @@ def covariances(points, station, L, up, grazing, K):  # type: ignore[no-untyped-
                 K[begin + i, 2, 2] = packed[5, i]
 
 
-@_inlined  # type: ignore[misc, unused-ignore]
+@inlined  # type: ignore[misc, unused-ignore]
 def _packed(m, columns, L, grazing, packed):  # type: ignore[no-untyped-def]
     """F F' as rows XX, XY, YY, XZ, YZ, ZZ of `packed`: F = (1 - h n')(dS + r x arm), (r, dS) the columns of L."""
     for i in range(m):
@@ -162,7 +158,7 @@ def products_of_rows(unknowns: int) -> Callable[..., None]:
     registers.
     """
 
-    @_compiled  # type: ignore[misc, unused-ignore]
+    @compiled  # type: ignore[misc, unused-ignore]
     def products(C, L, r, q, K):  # type: ignore[no-untyped-def]
         for n in range(len(C)):
             rr = rq = qq = 0.0

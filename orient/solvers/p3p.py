@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 LINE = 1e-9
-SINGULAR = 1e-12
+SINGULAR, NEARLY_SINGULAR = 1e-12, 1e-4
+"""Singular values that count as none; determinants from which cofactors keep enough digits."""
 NEARLY_REAL = 0.1
 SAME_SOLUTION = 1e-6
-POLISH_STEPS, LAST_STEP = 8, 1e-9
-"""After a Newton step of 1e-9 of the distances nothing is left to correct."""
+POLISH_STEPS = 8
 MOST_SOLUTIONS = 4
 PAIRS = np.array([[1, 2], [0, 2], [0, 1]])
 
@@ -113,7 +113,7 @@ def _polished(starts: FloatArray, of: NDArray[np.intp], squares: FloatArray, ver
         moved, size = np.zeros(len(squares)), np.zeros(len(squares))
         np.maximum.at(moved, of[going], np.abs(step).max(axis=1))
         np.maximum.at(size, of[going], np.abs(s[going]).max(axis=1))
-        going = going[~(moved <= LAST_STEP * size)[of[going]]]
+        going = going[~(moved <= 1e-14 * size)[of[going]]]
         if not len(going):
             break
     return s
@@ -136,7 +136,7 @@ def _solved(by_i: FloatArray, by_j: FloatArray, y: FloatArray) -> FloatArray:
     )
     with np.errstate(divide="ignore", invalid="ignore"):
         x = (x / determinant).T
-    singular = np.flatnonzero(~(np.abs(determinant) > SINGULAR * (np.abs(one) + np.abs(other))))
+    singular = np.flatnonzero(~(np.abs(determinant) > NEARLY_SINGULAR * (np.abs(one) + np.abs(other))))
     if len(singular):
         design = np.zeros((len(singular), 3, 3))
         rows, (i, j) = np.arange(3), PAIRS.T

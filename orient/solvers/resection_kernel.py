@@ -9,9 +9,9 @@ import math
 from dataclasses import fields, replace
 
 import numpy as np
-from numba import njit
 
 from orient.solvers.batch_iteration import BatchResection, Photos, unsolved
+from orient.solvers.compiling import compiled, inlined
 from orient.solvers.lean_resection import (
     LAST_IN_SIGMAS,
     LAST_STEP,
@@ -20,11 +20,6 @@ from orient.solvers.lean_resection import (
     SMALL_STEP,
     some_points,
 )
-
-# error_model: the default raises on division by zero, which forbids vector instructions
-compiled = njit(cache=True, fastmath={"reassoc", "contract", "arcp", "nsz"}, error_model="numpy")
-# within the function that makes the arrays it is plain that they do not overlap
-inlined = njit(inline="always")
 
 LANES = 16
 ENOUGH_POINTS = 400

@@ -123,3 +123,20 @@ def test_flat_ground_in_a_narrow_field_offers_both_tilts() -> None:
     stations = [c.station / 20000.0 for c in distinct(start_candidates(s.image, s.ground, s.f_mm), s.ground)]
     nadir = [float(np.arccos(np.clip(station @ R[:, 2], -1, 1))) for station in stations]
     assert sum(abs(angle - 0.5) < 0.1 for angle in nadir) >= 2
+
+
+def test_double_solutions_keep_the_digits_that_rounding_leaves() -> None:
+    """Above the circle through the points two solutions meet: half of the digits are left, and no fewer."""
+    random = generator("on the cylinder")
+    away = []
+    for _ in range(600):
+        ground = np.column_stack([random.normal(size=(3, 2)), np.zeros(3)])
+        a, b, c = ground[:, :2]
+        centre = np.linalg.solve(2 * np.array([b - a, c - a]), [b @ b - a @ a, c @ c - a @ a])
+        turn, radius = random.uniform(0, 2 * np.pi), np.linalg.norm(a - centre)
+        station = np.array([*(centre + radius * np.array([np.cos(turn), np.sin(turn)])), random.uniform(1, 4)])
+        rays = (ground - station) / np.linalg.norm(ground - station, axis=1, keepdims=True)
+        found = three_point_resections(rays, ground)
+        away.append(min((float(np.linalg.norm(S - station)) for _, S in found), default=np.inf))
+    assert np.median(away) < 7e-8
+    assert np.mean(np.array(away) > 1e-5) < 0.08
