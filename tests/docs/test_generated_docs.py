@@ -12,6 +12,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 README = ROOT / "README.md"
 SHELL_BLOCK = re.compile(r"^```sh\n(.*?)^```", re.MULTILINE | re.DOTALL)
+RESULT_LINE = re.compile(r"^    ([a-z]+ +version \d+   \S.*)$", re.MULTILINE)
 RUN = [sys.executable, "-c", "from orient.cli.main import run; run()"]
 DEADLINE_S = 120
 
@@ -48,13 +49,16 @@ def test_every_command_is_documented() -> None:
 
 
 def test_the_commands_of_the_readme_run(tmp_path: Path) -> None:
-    """In order, in a folder with `sample_projects`; `# fails` after a command expects a non-zero exit."""
+    """In order, in a folder with `sample_projects`; `# fails` after a command expects a non-zero exit.
+
+    What the page shows of the results of stages is what they said.
+    """
     commands = readme_commands()
     if not commands:
         pytest.skip("README.md has no commands yet")
     (tmp_path / "sample_projects").symlink_to(ROOT / "sample_projects")
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "NO_COLOR": "1"}
-    surprises = []
+    surprises, said = [], set[str]()
     for command in commands:
         words = shlex.split(command, comments=True)[1:]
         done = subprocess.run(
@@ -66,6 +70,9 @@ def test_the_commands_of_the_readme_run(tmp_path: Path) -> None:
             timeout=DEADLINE_S,
             check=False,
         )
+        said |= {line.strip() for line in done.stdout.splitlines()}
         if (done.returncode != 0) != command.endswith("# fails"):
             surprises.append(f"{command}\n-> {done.returncode}\n{done.stdout[-500:]}{done.stderr[-500:]}")
     assert not surprises, "\n".join(surprises)
+    results = RESULT_LINE.findall(README.read_text("utf-8"))
+    assert results and [line for line in results if line not in said] == []
