@@ -20,7 +20,8 @@ FloatArray = NDArray[np.float64]
 GRAZING_SINE = 1e-6
 POINTS_AT_ONCE = 4096
 """Points whose intermediate numbers stay in the processor's cache."""
-TILE, TILES_WIDTH = 128, 1024
+STRIP = 32
+"""Rows of all pairs at once: a multiple of what every processor's kernels take."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,20 +169,29 @@ def covariance_factor(jacobians: RayJacobians, element_covariance: FloatArray) -
 
 
 def all_pairs(factor: FloatArray) -> FloatArray:
-    """K = F F' (m, m) of the rows F (m, u) of all points, symmetric to the last bit, which no product promises.
+    """K = F F' (m, m) of the rows F (m, u) of all points, symmetric to the last bit.
 
-    The upper part by strips, the lower one copied from it tile by tile.
+    No product promises that, because its place may decide the order in which an entry is summed. So strips of equal
+    height are computed, each in the processor's cache, and the first one is compared with the first columns. They
+    agree only if that order is one for all places: entry (i, j) is summed like the entry of i modulo `STRIP` and j
+    modulo `STRIP`, its mirror image like that entry's, and those are the same. What is left of m is mirrored.
     """
     m, F_T = len(factor), np.ascontiguousarray(factor.T)
-    K = np.empty((m, m))
-    for begin in range(0, m, TILE):
-        strip = slice(begin, min(begin + TILE, m))
-        np.matmul(factor[strip], F_T[:, begin:], out=K[strip, begin:])
-        K[strip, strip] = factor[strip] @ factor[strip].T
-        for left in range(0, begin, TILES_WIDTH):
-            tile = slice(left, min(left + TILES_WIDTH, begin))
-            K[strip, tile] = K[tile, strip].T
+    K, whole = np.empty((m, m)), m - m % STRIP
+    for begin in range(0, whole, STRIP):
+        np.matmul(factor[begin : begin + STRIP], F_T, out=K[begin : begin + STRIP])
+    if not np.array_equal(K[:STRIP, :whole], K[:whole, :STRIP].T):
+        _mirror_upper_part(K[:whole, :whole])
+    rest = factor[whole:]
+    K[whole:, :whole] = rest @ F_T[:, :whole]
+    K[:whole, whole:] = K[whole:, :whole].T
+    K[whole:, whole:] = rest @ rest.T
     return K
+
+
+def _mirror_upper_part(K: FloatArray) -> None:
+    for begin in range(len(K)):
+        K[begin:, begin] = K[begin, begin:]
 
 
 def covariance_by_orientation(

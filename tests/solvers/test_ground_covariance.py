@@ -1,5 +1,9 @@
 """K = C Q C': the numbers of seed 003, central differences, Monte Carlo, error ellipses."""
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -7,8 +11,7 @@ from orient.geometry.collinearity import partials_rotation, project
 from orient.geometry.rotation import rotation_exp
 from orient.solvers.ground_covariance import (
     POINTS_AT_ONCE,
-    TILE,
-    TILES_WIDTH,
+    STRIP,
     RayJacobians,
     all_pairs,
     covariance_by_orientation,
@@ -255,10 +258,36 @@ def test_level_rays_have_no_covariance_without_partials_either(compiled: bool) -
     assert np.isnan(K[0]).all() and np.isfinite(K[1]).all()
 
 
-@pytest.mark.parametrize("m", [1, 7, TILE - 1, TILE, TILE + 1, 333, 4 * TILE, TILES_WIDTH + 3 * TILE + 5])
+@pytest.mark.parametrize("m", [1, 7, STRIP - 1, STRIP, STRIP + 1, 333, 8 * STRIP, 1061])
 @pytest.mark.parametrize("u", [6, 9])
 def test_all_pairs_are_symmetric_to_the_last_bit(u: int, m: int) -> None:
     F = generator(f"pairs {u} {m}").normal(size=(m, u))
     K = all_pairs(F)
     np.testing.assert_array_equal(K, K.T)
     np.testing.assert_allclose(K, F @ F.T, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("kernels", ["Prescott", "Nehalem", "Sandybridge", "Haswell"])
+def test_all_pairs_are_symmetric_with_the_kernels_of_other_processors(kernels: str) -> None:
+    program = """
+import numpy as np
+from orient.solvers.ground_covariance import all_pairs
+rng = np.random.default_rng(1)
+for m in (33, 97, 320, 517):
+    K = all_pairs(rng.normal(size=(m, 6)))
+    assert (K == K.T).all(), m
+"""
+    subprocess.run([sys.executable, "-c", program], env={**os.environ, "OPENBLAS_CORETYPE": kernels}, check=True)
+
+
+def test_a_product_that_is_not_symmetric_is_mirrored(monkeypatch: pytest.MonkeyPatch) -> None:
+    F, product = generator("mirrored").normal(size=(3 * STRIP + 5, 6)), np.matmul
+
+    def place_decides(a: FloatArray, b: FloatArray, *, out: FloatArray) -> None:
+        product(a, b, out=out)
+        out[:, STRIP + 1] *= 1.0 + 1e-15
+
+    monkeypatch.setattr(np, "matmul", place_decides)
+    K = all_pairs(F)
+    np.testing.assert_array_equal(K, K.T)
+    np.testing.assert_allclose(K, F @ F.T, rtol=1e-14, atol=1e-14)
