@@ -5,6 +5,7 @@ from array import array
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import chain
 from typing import Any
 
 from sqlalchemy import Connection
@@ -16,6 +17,8 @@ from orient.store.stage_tables import EVENT_TABLE, STAGE_TABLES
 from orient.values import Blob, Columns, Scalar
 
 Rows = list[tuple[Scalar, ...]]
+TOGETHER = 64
+"""Rows of one statement, which needs two thirds of the time of as many statements."""
 
 
 def insert_rows(connection: Connection, run_id: int, tables: Mapping[str, PlainTable], form: Format) -> int:
@@ -23,14 +26,34 @@ def insert_rows(connection: Connection, run_id: int, tables: Mapping[str, PlainT
     driver = driver_of(connection)
     with room_to_append(connection):
         for table, rows in tables.items():
-            names = ", ".join(f'"{name}"' for name in ("run_id", *rows.names))
-            marks = ", ".join("?" * len(rows.names))
-            statement = f"INSERT INTO {table} ({names}) VALUES ({int(run_id)}, {marks})"
-            has_bytes = _has_bytes(form.tables[table])
-            for some in rows.chunks():
-                # bytes are fetched as they are stored: one part of an image in memory at a time
-                driver.executemany(statement, (tuple(map(_fetched, row)) for row in some) if has_bytes else some)
+            if _has_bytes(form.tables[table]):  # fetched as they are stored: one part of an image in memory at a time
+                statement = _insertion(run_id, table, rows.names, 1)
+                values = (tuple(map(_fetched, row)) for some in rows.chunks() for row in some)
+                driver.executemany(statement, values)
+            else:
+                _insert_by_column(driver, run_id, table, rows)
     return sum(map(len, tables.values()))
+
+
+def _insert_by_column(driver: sqlite3.Connection, run_id: int, table: str, rows: PlainTable) -> None:
+    """Many rows by one statement; columns without values are not named."""
+    used = rows.used
+    places = [rows.names.index(name) for name in used]
+    many, one = (_insertion(run_id, table, used, number) for number in (TOGETHER, 1))
+    for columns in rows.column_chunks():
+        some = [columns[place] for place in places]
+        whole = len(some[0]) - len(some[0]) % TOGETHER
+        parts = (slice(at, at + TOGETHER) for at in range(0, whole, TOGETHER))
+        driver.executemany(many, (list(chain.from_iterable([values[part] for values in some])) for part in parts))
+        driver.executemany(one, zip(*(values[whole:] for values in some), strict=True))
+
+
+def _insertion(run_id: int, table: str, names: Sequence[str], number: int) -> str:
+    """The statement for some rows, whose parameters are all values of the first column, then of the second."""
+    columns = ", ".join(f'"{name}"' for name in ("run_id", *names))
+    marks = ([f"?{place * number + row}" for place in range(len(names))] for row in range(1, number + 1))
+    values = ", ".join(f"({', '.join([str(int(run_id)), *row])})" for row in marks)
+    return f"INSERT INTO {table} ({columns}) VALUES {values}"
 
 
 @dataclass(frozen=True)
