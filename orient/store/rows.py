@@ -36,24 +36,24 @@ def insert_rows(connection: Connection, run_id: int, tables: Mapping[str, PlainT
 
 
 def _insert_by_column(driver: sqlite3.Connection, run_id: int, table: str, rows: PlainTable) -> None:
-    """Many rows by one statement; columns without values are not named."""
+    """Some rows by one statement, the last ones one by one; columns without values are not named."""
     used = rows.used
     places = [rows.names.index(name) for name in used]
-    many, one = (_insertion(run_id, table, used, number) for number in (TOGETHER, 1))
     for columns in rows.column_chunks():
         some = [columns[place] for place in places]
         whole = len(some[0]) - len(some[0]) % TOGETHER
-        parts = (slice(at, at + TOGETHER) for at in range(0, whole, TOGETHER))
-        driver.executemany(many, (list(chain.from_iterable([values[part] for values in some])) for part in parts))
-        driver.executemany(one, zip(*(values[whole:] for values in some), strict=True))
+        if whole:
+            row = zip(*(column[:whole] for column in some), strict=True)
+            values = zip(*[chain.from_iterable(row)] * (TOGETHER * len(some)), strict=True)
+            driver.executemany(_insertion(run_id, table, used, TOGETHER), values)
+        driver.executemany(_insertion(run_id, table, used, 1), zip(*(column[whole:] for column in some), strict=True))
 
 
 def _insertion(run_id: int, table: str, names: Sequence[str], number: int) -> str:
-    """The statement for some rows, whose parameters are all values of the first column, then of the second."""
+    """The statement for some rows; marks with numbers would make it slow to prepare."""
     columns = ", ".join(f'"{name}"' for name in ("run_id", *names))
-    marks = ([f"?{place * number + row}" for place in range(len(names))] for row in range(1, number + 1))
-    values = ", ".join(f"({', '.join([str(int(run_id)), *row])})" for row in marks)
-    return f"INSERT INTO {table} ({columns}) VALUES {values}"
+    row = f"({int(run_id)}{', ?' * len(names)})"
+    return f"INSERT INTO {table} ({columns}) VALUES {', '.join([row] * number)}"
 
 
 @dataclass(frozen=True)
