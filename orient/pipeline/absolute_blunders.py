@@ -78,7 +78,7 @@ def choose_control(task: Task, by_hand: Sequence[int]) -> tuple[Choice[Tested], 
     choice = choose_points(
         start,
         task.settings,
-        lambda kept: _verdicts(task, kept, task.limits),
+        lambda kept, first: _verdicts(task, kept, task.limits),
         lambda candidates: _agreeing(task, candidates),
     )
     if choice.tested is not None:

@@ -33,13 +33,13 @@ class Choice(Generic[Adjusted]):
 def choose_points(
     start: Mask,
     settings: Settings,
-    verdicts: Callable[[Mask], Verdicts[Adjusted] | None],
+    verdicts: Callable[[Mask, Adjusted | None], Verdicts[Adjusted] | None],
     agreeing: Callable[[Mask], Mask],
 ) -> Choice[Adjusted]:
     """From the points `start` that nobody left out by hand: robust estimation and snooping as the settings ask.
 
-    `verdicts` adjusts and tests some of the points, `agreeing` finds those that agree. Without `reject` all points that
-    robust estimation kept stay. RobustFailed when no set agrees.
+    `verdicts` adjusts and tests some of the points, for a proposal perhaps from the adjustment of all, `agreeing` finds
+    those that agree. Without `reject` all points that robust estimation kept stay. RobustFailed when no set agrees.
     """
     robust: list[int] = []
     if settings["robust"]:

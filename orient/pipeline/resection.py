@@ -164,6 +164,15 @@ def _chosen(work: Assignment, chain: Chain) -> tuple[Task, Chosen, "Calibration 
 def _task(work: Assignment, chain: Chain) -> Task:
     """The adjustment of any of the points."""
     known, camera = work.known, chain.camera
+
+    def adjust(keep: Sequence[int], near: Solved | None) -> Solved:
+        control, part = work.control.at(keep), chain.at(keep)
+        if near is not None:
+            solved = _solve(work, control, part, (near.found.rotation, near.found.station))
+            if solved.found.termination == "CONVERGED":
+                return solved
+        return _solve(work, control, part)
+
     of_camera = 0 if camera is None else len(camera.names) - len(camera.observed)
     of_station = len(known.observations) + (0 if known.fixed_station is None else 3)
     return Task(
@@ -172,7 +181,7 @@ def _task(work: Assignment, chain: Chain) -> Task:
         chain=chain,
         f_mm=required(work.photo, "f_mm"),
         settings=work.settings,
-        adjust=lambda keep: _solve(work, work.control.at(keep), chain.at(keep)),
+        adjust=adjust,
         unknowns=max(len(ELEMENTS) - of_station, 1) + of_camera,
     )
 

@@ -48,7 +48,7 @@ class Solved:
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """The control of a photo, and how it is adjusted: `adjust` (places of the points that take part).
+    """The control of a photo, and how it is adjusted: `adjust` (places of the points that take part, where to begin).
 
     `unknowns`: elements less what is known of them, which the points have to determine.
     """
@@ -58,7 +58,7 @@ class Task:
     chain: Chain
     f_mm: float
     settings: Settings
-    adjust: Callable[[Sequence[int]], Solved]
+    adjust: Callable[[Sequence[int], Solved | None], Solved]
     unknowns: int = 6
 
     @property
@@ -115,11 +115,11 @@ def choose_control(task: Task) -> Chosen:
     choice = choose_points(
         start,
         task.settings,
-        lambda kept: _verdicts(task, kept, task.limits),
+        lambda kept, first: _verdicts(task, kept, task.limits, first and first.solved),
         lambda candidates: _agreeing(task, candidates),
     )
     inside, outside = (np.flatnonzero(mask).tolist() for mask in (choice.kept, ~choice.kept))
-    solved = task.adjust(inside) if choice.tested is None else choice.tested.solved
+    solved = task.adjust(inside, None) if choice.tested is None else choice.tested.solved
     return Chosen(solved, inside, outside, hand, choice.by_robust, choice.decisions, choice.tested)
 
 
@@ -144,10 +144,12 @@ def whitened_common(task: Task, at: Sequence[int]) -> WhitenedCommon:
     return whitened(task.chain.at(at).in_solver(task.control.comparator[at], task.frame), len(at))
 
 
-def _verdicts(task: Task, kept: Mask, limits_of: Callable[[Resection], Limits]) -> Verdicts[Tested] | None:
+def _verdicts(
+    task: Task, kept: Mask, limits_of: Callable[[Resection], Limits], near: Solved | None = None
+) -> Verdicts[Tested] | None:
     inside, outside = np.flatnonzero(kept).tolist(), np.flatnonzero(~kept).tolist()
     try:
-        solved = task.adjust(inside)
+        solved = task.adjust(inside, near)
     except OrientError:
         if kept.all():
             raise
@@ -191,7 +193,7 @@ def _agreeing(task: Task, start: Mask) -> Mask:
 
     def misfits(chosen: Mask) -> Array | None:
         try:
-            found = task.adjust(at[chosen].tolist()).found
+            found = task.adjust(at[chosen].tolist(), None).found
         except OrientError:
             return None
         if found.termination != "CONVERGED":

@@ -74,7 +74,7 @@ class Snooped(Generic[Adjusted]):
 
 
 def snoop(
-    adjust: Callable[[BoolArray], Verdicts[Adjusted] | None],
+    adjust: Callable[[BoolArray, Adjusted | None], Verdicts[Adjusted] | None],
     start: BoolArray,
     most_rounds: int = MOST_ROUNDS,
     *,
@@ -82,15 +82,16 @@ def snoop(
 ) -> Snooped[Adjusted] | None:
     """Exclude the point with the largest |w| above its critical value, adjust again, until none is left.
 
-    `adjust` (mask of the points that take part) gives the verdicts, or None when there is no result. `start` (n,): the
+    `adjust` (mask of the points that take part, None) gives the verdicts, or None when there is no result. `start` (n,): the
     points at first; those outside were left out by others and are not tested again. Before each exclusion the points
     excluded so far are tested with the orientation of the others; one that fits it comes back. It ends without an
     exclusion when two suspects are not separable (|rho| > 0.9), when fewer than two redundant equations would stay, or
     when the rest does not determine the unknowns. None when the first adjustment has no result.
-    Without `keep_last` only the first adjustment is kept, for who asks for proposals: `last` then repeats it.
+    Without `keep_last`, for who asks for proposals, only the first adjustment is kept, which `last` then repeats, and
+    `adjust` is given it for the others, which may begin there.
     Source: W. Baarda 1968; iterative form e.g. H. Kok 1984.
     """
-    first = look = adjust(start)
+    first = look = adjust(start, None)
     if first is None or look is None:
         return None
     kept, decisions, seen = start.copy(), [], {start.tobytes()}
@@ -101,7 +102,7 @@ def snoop(
         trial, leads_on = _without(kept, decision), decision.action in ("excluded", "taken back")
         if leads_on and trial.tobytes() in seen:
             break
-        following = adjust(trial) if leads_on else None
+        following = adjust(trial, None if keep_last else first.adjusted) if leads_on else None
         if following is None:
             decisions.append(_stopped(decision))
             break

@@ -25,7 +25,7 @@ def everyone(n: int) -> Mask:
 
 
 def decided(A: FloatArray, L: FloatArray, start: Mask | None = None) -> tuple[tuple[Decision, ...], Mask]:
-    found = snoop(lambda kept: judged(A, L, kept), everyone(len(A)) if start is None else start)
+    found = snoop(lambda kept, first: judged(A, L, kept), everyone(len(A)) if start is None else start)
     assert found is not None
     return found.decisions, found.kept
 
@@ -96,14 +96,14 @@ def test_an_adjustment_that_fails_without_a_point_keeps_it() -> None:
     A, L = line("fails")
     L[5] += 50.0
 
-    def adjust(kept: Mask) -> Verdicts[FloatArray] | None:
+    def adjust(kept: Mask, first: FloatArray | None) -> Verdicts[FloatArray] | None:
         return judged(A, L, kept) if kept.all() else None
 
     found = snoop(adjust, everyone(12))
     assert found is not None
     assert [d.action for d in found.decisions] == ["not removable"]
     assert found.kept.all()
-    assert snoop(lambda kept: None, everyone(12)) is None
+    assert snoop(lambda kept, first: None, everyone(12)) is None
 
 
 # ---------------------------------------------------------------------------------------------- consensus
@@ -122,7 +122,7 @@ def consensus(A: FloatArray, L: FloatArray) -> Mask:
     starts = [of_pair(pair) for pair in samples(range(len(A)), 2)]
     trimmed = least_trimmed(starts, np.ones(len(A), dtype=np.int64), 2, 3, misfits)
     limits = w_limits(trimmed.scale)
-    return all_agreeing(lambda kept: judged(A, L, kept, limits), trimmed, everyone(len(A)))
+    return all_agreeing(lambda kept, first: judged(A, L, kept, limits), trimmed, everyone(len(A)))
 
 
 @pytest.mark.parametrize("wrong", [0, 1, 2, 3, 4])
