@@ -1,13 +1,17 @@
 """Resections of arrays, without a project: one photo, or many at once."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from orient.door.arrays import array_of, numbers, require_finite
 from orient.errors import UsageError, require_numba
 from orient.solvers.batch_iteration import BatchResection
-from orient.solvers.lean_resection import LeanResection, lean_resection
 from orient.solvers.resection_batch import resection_batch
+
+if TYPE_CHECKING:
+    from orient.solvers.lean_resection import LeanResection
 
 Array = NDArray[np.float64]
 LEAST_POINTS = 3
@@ -22,13 +26,15 @@ def resection(
     rotation: ArrayLike,
     station: ArrayLike,
     ground_cofactor: ArrayLike | None = None,
-) -> LeanResection:
+) -> "LeanResection":
     """R, S and the 6 x 6 cofactors of one photo from rough R, S: least squares and nothing else, nothing is stored.
 
     `image` (n, 2) [mm], refined; `ground` (n, 3) [m], right-handed, without errors, or with covariance / sigma0^2
     `ground_cofactor` (n, 3, 3) [m^2/mm^2]; `rotation` (3, 3) image axes to ground, `station` (3,). Q belongs to
     (r, S) with R_new = exp([r]x) R; covariance = sigma0^2 Q, sigma0 [mm]. `converged` is False where it leads nowhere.
     """
+    from orient.solvers.lean_resection import lean_resection
+
     x, P = _matched(image, ground, "n")
     start = _rotations(rotation, (3, 3)), array_of("station", station, (3,))
     S = None if ground_cofactor is None else array_of("ground_cofactor", ground_cofactor, (len(x), 3, 3))

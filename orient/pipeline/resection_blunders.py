@@ -115,7 +115,7 @@ def choose_control(task: Task) -> Chosen:
     choice = choose_points(
         start,
         task.settings,
-        lambda kept, first: _verdicts(task, kept, task.limits, first and first.solved),
+        lambda kept, first: _verdicts(task, kept, task.limits, None if first is None else first.solved),
         lambda candidates: _agreeing(task, candidates),
     )
     inside, outside = (np.flatnonzero(mask).tolist() for mask in (choice.kept, ~choice.kept))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from orient.geometry.rotation import cross_matrix
 from orient.solvers.lean_design import NATURAL, PhotosDesign
-from orient.solvers.lean_resection import LAST_IN_SIGMAS, LAST_STEP, SINGULAR, SMALL_STEP
+from orient.solvers.lean_limits import LAST_IN_SIGMAS, LAST_STEP, SINGULAR, SMALL_STEP
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

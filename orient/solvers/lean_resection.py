@@ -13,38 +13,31 @@ place into one buffer that stays in the processor's cache, and one product of it
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dposv, dtrtrs
 
 from orient.solvers.ground_covariance import all_pairs
-from orient.solvers.lean_design import NATURAL, PhotoDesign, WeightedDesign
+from orient.solvers.lean_design import NATURAL, PhotoDesign, WeightedDesign, kept_design
+from orient.solvers.lean_limits import LAST_IN_SIGMAS, LAST_STEP, MANY_POINTS, SINGULAR, SMALL_STEP, some_points
 
 FloatArray = NDArray[np.float64]
 
 POINTS_AT_ONCE = 2048
 """Points whose equations stay in the processor's cache."""
-MANY_POINTS, EVERY = 4000, 16
-"""From so many points without errors on every 16th is solved first."""
-LAST_STEP = 3e-9
-"""Sum of |r| [rad] and |t| [camera distances]: Q, which is that of the place before the last step, is right to 1e-8."""
-SMALL_STEP, LAST_IN_SIGMAS = 1e-5, 1e-6
-"""Or a small one in standard deviations, for photos so weak that rounding alone makes larger steps."""
 FAR = 0.03
 """Until a step is smaller the image points as measured stand for the computed ones, and control has no errors."""
 UNSURE = 100.0
 """Not so with control that is less sure than so many readings."""
-SINGULAR = 1e-14
-"""Share of an unknown's weight that must be left when the others are unknown too."""
 LAST_MOVE = 1e-9
 """Of a weighted ground point, in camera distances."""
-EYE, ONE, FROM_UNKNOWNS = np.eye(4), np.eye(6), -NATURAL
+EYE, FROM_UNKNOWNS = np.eye(4), -NATURAL
 
 
-@dataclass(frozen=True, slots=True)
-class LeanResection:
+class LeanResection(NamedTuple):
     """R (3, 3), S (3,), cofactors Q (6, 6) of (r, S) with R_new = exp([r]x) R, v'Pv [mm^2], iterations.
 
     `ground` (n, 3): adjusted points, `by_elements` G (n, 3, 6) and `own` (n, 3, 3): their cofactors are
@@ -125,22 +118,17 @@ def _starts(
     yield rotation, station, False
 
 
-def some_points(n: int) -> NDArray[np.intp]:
-    """One of every sixteen, without the rhythm of a grid."""
-    k = np.arange(n // EVERY)
-    return EVERY * k + (k * 40503 >> 7) % EVERY
-
-
 def _gauss_newton(photo: "_Photo", R: FloatArray, S: FloatArray, is_far: bool, max_iterations: int) -> LeanResection:
     """Far off with the image points as measured and the control as given, until a step is small; never to the end."""
-    M, moved, inverse = photo.camera_from_ground(R, S), math.inf, ONE
+    M = photo.camera_from_ground(R, S)
     is_far = is_far and photo.is_control_sure
     for number in range(1, max_iterations + 1):
         N = photo.normal_matrix(M, is_far)
-        inverse = _improved(inverse, N) if moved < SMALL_STEP else _inverse(N)
         g = N[6, :6]
-        step = inverse.dot(g)
-        if not is_far:
+        U, step, failed = dposv(N[:6, :6], g)
+        if failed:
+            break
+        if photo.weighted and not is_far:
             photo.move_points(step)
         M, moved = _moved(M, step)
         if not moved < math.inf:
@@ -149,31 +137,18 @@ def _gauss_newton(photo: "_Photo", R: FloatArray, S: FloatArray, is_far: bool, m
             moved < SMALL_STEP and float(step.dot(g)) * photo.redundancy < LAST_IN_SIGMAS**2 * float(N[6, 6])
         )
         if is_last and not is_far and photo.are_points_at_rest():
-            if _is_regular(N, inverse) and photo.is_in_front(M):
-                return photo.result(M, inverse, float(N[6, 6]), number)
+            if _is_regular(N, U) and photo.is_in_front(M):
+                return photo.result(M, U, float(N[6, 6]), number)
             break
-        if is_far:  # the inverse is of other equations: not to be improved
-            is_far, moved = moved > FAR, math.inf
+        is_far = is_far and moved > FAR
     return LeanResection(R, S, np.full((6, 6), np.nan), math.nan, number, converged=False)
 
 
-def _inverse(N: FloatArray) -> FloatArray:
-    """Of A'A, NaN where it is singular."""
-    try:
-        return np.asarray(np.linalg.inv(N[:6, :6]))
-    except np.linalg.LinAlgError:
-        return np.full((6, 6), np.nan)
-
-
-def _improved(inverse: FloatArray, N: FloatArray) -> FloatArray:
-    """From that of a place close by, X + X (1 - N X): its error is the square of what N has changed since."""
-    return np.asarray(inverse + inverse.dot(ONE - N[:6, :6].dot(inverse)))
-
-
-def _is_regular(N: FloatArray, inverse: FloatArray) -> bool:
-    """Do the points determine each unknown? N_ii (N^-1)_ii tells what of its weight the others take."""
-    taken = (N.diagonal()[:6] * inverse.diagonal()).tolist()
-    return bool(min(taken) > 0.0 and max(taken) < 1.0 / SINGULAR)
+def _is_regular(N: FloatArray, U: FloatArray) -> bool:
+    """Do the points determine each unknown? U'U = N: the pivots tell what of its weight those before it leave."""
+    return all(
+        u * u > SINGULAR * weight for u, weight in zip(U.diagonal().tolist(), N.diagonal()[:6].tolist(), strict=True)
+    )
 
 
 class _Photo:
@@ -197,7 +172,7 @@ class _Photo:
         self.is_control_sure = True
         self.designs: list[tuple[slice, PhotoDesign]] = []
         if cofactor is None:
-            shared = PhotoDesign(m)
+            shared = kept_design(m)
             self.designs += [(part, shared if part.stop - part.start == m else PhotoDesign(n % m)) for part in parts]
         else:  # a buffer for each part, because its points come back to their rows
             S = np.ascontiguousarray(cofactor.transpose(1, 2, 0)) * f**2
@@ -238,13 +213,14 @@ class _Photo:
     def is_in_front(self, M: FloatArray) -> bool:
         return bool(np.count_nonzero(M[2].dot(self.ground) < 0.0) == self.ground.shape[1])
 
-    def result(self, M: FloatArray, inverse: FloatArray, vPv: float, number: int) -> LeanResection:
+    def result(self, M: FloatArray, U: FloatArray, vPv: float, number: int) -> LeanResection:
         R, t, d, f = M[:3, :3].T * self.distance, M[:3, 3], self.distance, self.f
         S = self.origin - R.dot(t) * d
         turn = np.zeros((6, 6))  # r -> -R r, dS = -R t d
         turn[:3, :3], turn[3:, 3:] = R, R * d
         turn = turn.dot(FROM_UNKNOWNS)
-        Q = turn.dot(inverse).dot(turn.T) / f**2
+        F = dtrtrs(U, turn.T, trans=1)[0] / f
+        Q = F.T.dot(F)
         if not self.weighted:
             return LeanResection(R, S, Q, vPv * f**2, number, True)
         back = np.linalg.inv(turn)

@@ -1,13 +1,12 @@
 """R, S and Q (6 x 6) of many photos at once, by numpy for all photos of a block together or compiled."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orient.solvers.batch_iteration import BatchResection, Photos, gauss_newton, unsolved
-from orient.solvers.lean_resection import LeanResection, lean_resection
 from orient.solvers.start_values import start_candidates
 
 FloatArray = NDArray[np.float64]
@@ -135,14 +134,12 @@ def _solve_blocks(
 
 
 def _one_by_one(photos: Photos, max_iterations: int) -> BatchResection:
+    from orient.solvers.lean_resection import lean_resection  # and SciPy's LAPACK, which loads slowly
+
     result = unsolved(photos)
     given = zip(photos.image, photos.ground, photos.f.tolist(), photos.rotation, photos.station, strict=True)
     for at, photo in enumerate(given):
-        _put(result, at, lean_resection(*photo, max_iterations=max_iterations, may_be_far=False))
+        one = lean_resection(*photo, max_iterations=max_iterations, may_be_far=False)
+        for field in fields(result):
+            getattr(result, field.name)[at] = getattr(one, field.name)
     return result
-
-
-def _put(result: BatchResection, at: int, one: LeanResection) -> None:
-    result.rotation[at], result.station[at] = one.rotation, one.station
-    result.Q[at], result.vPv[at] = one.Q, one.vPv
-    result.iterations[at], result.converged[at] = one.iterations, one.converged

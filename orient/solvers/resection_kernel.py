@@ -12,14 +12,7 @@ import numpy as np
 
 from orient.solvers.batch_iteration import BatchResection, Photos, unsolved
 from orient.solvers.compiling import compiled, inlined
-from orient.solvers.lean_resection import (
-    LAST_IN_SIGMAS,
-    LAST_STEP,
-    MANY_POINTS,
-    SINGULAR,
-    SMALL_STEP,
-    some_points,
-)
+from orient.solvers.lean_limits import LAST_IN_SIGMAS, LAST_STEP, MANY_POINTS, SINGULAR, SMALL_STEP, some_points
 
 LANES = 16
 ENOUGH_POINTS = 400

@@ -37,7 +37,7 @@ def insert_rows(connection: Connection, run_id: int, tables: Mapping[str, PlainT
 
 def _insert_by_column(driver: sqlite3.Connection, run_id: int, table: str, rows: PlainTable) -> None:
     """Some rows by one statement, the last ones one by one; columns without values are not named."""
-    used = rows.used
+    used = rows.used or rows.names
     places = [rows.names.index(name) for name in used]
     for columns in rows.column_chunks():
         some = [columns[place] for place in places]

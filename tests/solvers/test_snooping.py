@@ -122,7 +122,7 @@ def consensus(A: FloatArray, L: FloatArray) -> Mask:
     starts = [of_pair(pair) for pair in samples(range(len(A)), 2)]
     trimmed = least_trimmed(starts, np.ones(len(A), dtype=np.int64), 2, 3, misfits)
     limits = w_limits(trimmed.scale)
-    return all_agreeing(lambda kept, first: judged(A, L, kept, limits), trimmed, everyone(len(A)))
+    return all_agreeing(lambda kept: judged(A, L, kept, limits), trimmed, everyone(len(A)))
 
 
 @pytest.mark.parametrize("wrong", [0, 1, 2, 3, 4])
