@@ -175,6 +175,8 @@ def _all_refined(task: Task, worth: Sequence[Candidate]) -> list[tuple[Refined, 
     if task.problem.is_station_fixed or task.redundancy == 0:  # a place that no lead keeps; every end is told
         return [_refined(task, one) for one in worth]
     are_many = len(task.problem.image) >= MANY_POINTS
+    if len(worth) == 1 and not are_many:
+        return [_refined(task, worth[0])]
     leads = leads_of(task, worth)
     ends: list[tuple[Refined, Termination]] = []
     for number, (start, lead) in enumerate(zip(worth, leads, strict=True)):

@@ -47,9 +47,16 @@ def _version(name: str) -> str:
 
 def _processor() -> str:
     """x86_64 AVX512_SPR: the machine, its best vector unit as numpy sees it (if loaded), the BLAS code if forced."""
-    numpy = sys.modules.get("numpy")
-    found = numpy.show_config(mode="dicts")["SIMD Extensions"].get("found", []) if numpy else []
-    return " ".join([platform.machine(), *found[-1:], os.environ.get("OPENBLAS_CORETYPE", "")]).strip()
+    unit = _vector_unit() if "numpy" in sys.modules else ""
+    return " ".join(filter(None, [platform.machine(), unit, os.environ.get("OPENBLAS_CORETYPE")]))
+
+
+@cache
+def _vector_unit() -> str:
+    import numpy as np
+
+    found = np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])
+    return str(found[-1]) if found else ""
 
 
 def append(connection: Connection, new: NewRun, form: Format) -> RunInfo:
