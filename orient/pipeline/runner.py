@@ -203,7 +203,7 @@ def _run(
 def _known_run(project: Project, stage: Stage, full: Settings, basis: Mapping[str, str]) -> RunInfo | None:
     """A run on the same inputs with the same settings, or with those that it had before `formerly` was a setting."""
     short = {key: value for key, value in full.items() if key not in stage.formerly or value != stage.formerly[key]}
-    for settings in (full, short):
+    for settings in (full, short) if short != full else (full,):
         digest = input_digest(stage.name, stage.version, settings, basis)
         if known := project.find_run_by_digest(stage.name, digest):
             return known

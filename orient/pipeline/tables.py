@@ -36,7 +36,7 @@ def _floats(values: Any) -> Array:
 
 def nullable(values: Array) -> Any:
     """A column of floats in which what is not finite is not known; by column as `or_none` by value."""
-    return np.ma.masked_invalid(values)
+    return values if np.isfinite(values).all() else np.ma.masked_invalid(values)
 
 
 def by_names(names: Sequence[str], values: Array) -> dict[str, Array]:

@@ -4,7 +4,7 @@ import hashlib
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from json.encoder import encode_basestring_ascii
 from types import NoneType
 from typing import Protocol
@@ -78,12 +78,17 @@ def rows_digest(tables: Mapping[str, KeptRows]) -> str:
 def _add_table(digest: "hashlib._Hash", table: KeptRows) -> None:
     used = sorted(table.used)
     places = [table.names.index(name) for name in used]
-    digest.update(f'{{"columns":{canonical(used)},"rows":['.encode("ascii"))
+    digest.update(_head_of(tuple(used)))
     separator = ""
     for columns in table.column_chunks():
         digest.update((separator + _rows_text(columns, places)).encode("ascii"))
         separator = ","
     digest.update(b"]}")
+
+
+@cache
+def _head_of(used: tuple[str, ...]) -> bytes:
+    return f'{{"columns":{canonical(used)},"rows":['.encode("ascii")
 
 
 def _rows_text(columns: Sequence[Sequence[Scalar]], places: Sequence[int]) -> str:

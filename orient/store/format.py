@@ -2,7 +2,7 @@
 
 import json
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 
 SCHEMA_FILE = Path(__file__).with_name("schema.json")
@@ -11,16 +11,25 @@ SchemaObject = tuple[str, str, str, str | None]
 """type, name, table, SQL text: a row of sqlite_schema."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class TableShape:
     """Columns in stored order as (name, type), and the names of the primary key."""
 
     columns: tuple[tuple[str, str], ...]
     key: tuple[str, ...]
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         return tuple(name for name, _ in self.columns)
+
+    @cached_property
+    def own(self) -> tuple[str, ...]:
+        """All names but `run_id`."""
+        return tuple(name for name in self.names if name != "run_id")
+
+    @cached_property
+    def has_bytes(self) -> bool:
+        return any(kind == "BLOB" for _, kind in self.columns)
 
 
 @dataclass(frozen=True)

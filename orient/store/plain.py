@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import islice
 from operator import le
 from types import NoneType
@@ -21,7 +22,7 @@ CHUNK = 512
 EVENT_FIELDS = ("severity", "code", "subject", "message", "value")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class PlainTable:
     """Rows of one table of a run as they will be stored, in the order of the primary key.
 
@@ -34,7 +35,7 @@ class PlainTable:
     def __len__(self) -> int:
         return len(self.columns[0])
 
-    @property
+    @cached_property
     def used(self) -> list[str]:
         """Columns with any value."""
         return [name for name, values in zip(self.names, self.columns, strict=True) if _has_values(values)]

@@ -26,7 +26,7 @@ def insert_rows(connection: Connection, run_id: int, tables: Mapping[str, PlainT
     driver = driver_of(connection)
     with room_to_append(connection):
         for table, rows in tables.items():
-            if _has_bytes(form.tables[table]):  # fetched as they are stored: one part of an image in memory at a time
+            if form.tables[table].has_bytes:  # fetched as they are stored: one part of an image in memory at a time
                 statement = _insertion(run_id, table, rows.names, 1)
                 values = (tuple(map(_fetched, row)) for some in rows.chunks() for row in some)
                 driver.executemany(statement, values)
@@ -69,9 +69,9 @@ class StoredTable:
     shape: TableShape
     seen: Callable[[int], None] = field(default=lambda rows: None)
 
-    @cached_property
+    @property
     def names(self) -> tuple[str, ...]:
-        return tuple(name for name in self.shape.names if name != "run_id")
+        return self.shape.own
 
     @cached_property
     def _counts(self) -> tuple[int, ...]:
@@ -94,7 +94,7 @@ class StoredTable:
         order = ", ".join(f'"{name}"' for name in self.shape.key)
         query = f"SELECT {names} FROM main.{self.table} WHERE run_id = ? ORDER BY {order}"
         cursor = self.driver.execute(query, (self.run_id,))
-        if _has_bytes(self.shape):
+        if self.shape.has_bytes:
             for row in cursor:
                 self.seen(1)
                 yield [tuple(map(_told, row))]
@@ -142,10 +142,6 @@ def _extended(values: Any, some: Sequence[Any], words: dict[Any, Any] | None) ->
             return values
     values.extend(some if words is None else map(words.setdefault, some, some))
     return values
-
-
-def _has_bytes(shape: TableShape) -> bool:
-    return any(kind == "BLOB" for _, kind in shape.columns)
 
 
 def _fetched(value: Scalar) -> Scalar | bytes:
