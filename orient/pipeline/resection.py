@@ -167,7 +167,7 @@ def _task(work: Assignment, chain: Chain) -> Task:
 
     def adjust(keep: Sequence[int], near: Solved | None) -> Solved:
         control, part = work.control.at(keep), chain.at(keep)
-        if near is not None:
+        if near is not None and len(near.found.ends) == 1:  # where all starts led to one end, points do not hide others
             solved = _solve(work, control, part, (near.found.rotation, near.found.station))
             if solved.found.termination == "CONVERGED":
                 return solved

@@ -72,7 +72,7 @@ def open_engine(path: Path, mode: Mode, watch: Watch, immutable: bool = False) -
 
 def _begin(connection: Connection) -> None:
     immediate = connection.get_execution_options().get("immediate", False)
-    connection.exec_driver_sql("BEGIN IMMEDIATE" if immediate else "BEGIN DEFERRED")
+    execute(connection, "BEGIN IMMEDIATE" if immediate else "BEGIN DEFERRED")
 
 
 def hardened(path: Path, mode: Mode, watch: Watch, immutable: bool = False) -> sqlite3.Connection:

@@ -7,7 +7,7 @@ from pathlib import Path
 from sqlalchemy import Connection
 
 from orient.errors import ProjectError
-from orient.store.connection import driver_of
+from orient.store.connection import driver_of, execute, scalar
 from orient.store.errors import Corrupt
 from orient.store.format import Format, SchemaObject, TableShape
 from orient.store.guards import quoted
@@ -33,7 +33,7 @@ def tables_and_indexes(connection: Connection) -> list[SchemaObject]:
 
 def check_fingerprint(connection: Connection, form: Format, path: Path) -> None:
     """Refuse a file with objects too many, too few or other than those of `form`, naming up to three."""
-    count = connection.exec_driver_sql("SELECT count(*) FROM main.sqlite_schema").scalar_one()
+    count = scalar(connection, "SELECT count(*) FROM main.sqlite_schema")
     if count > len(form.objects) + 20:
         raise _foreign(path, f"{count} tables, views, triggers and indexes instead of {len(form.objects)}")
     objects = schema_objects(connection)
@@ -66,8 +66,7 @@ def _named(keys: list[tuple[str, str]]) -> str:
 
 
 def check_migration(connection: Connection, head: str, path: Path) -> None:
-    rows = connection.exec_driver_sql("SELECT version_num FROM alembic_version LIMIT 2").scalars().all()
-    if list(rows) != [head]:
+    if execute(connection, "SELECT version_num FROM alembic_version LIMIT 2").fetchall() != [(head,)]:
         raise ProjectError(
             f"{path}: an upgrade was not finished by a program that does not protect it.", "Use the backup."
         )
@@ -76,10 +75,10 @@ def check_migration(connection: Connection, head: str, path: Path) -> None:
 def check_pages(connection: Connection, path: Path, thorough: bool = False) -> None:
     """quick_check (integrity_check if thorough) and foreign_key_check, or `Corrupt` with their first words."""
     pragma = "integrity_check" if thorough else "quick_check"
-    lines = connection.exec_driver_sql(f"PRAGMA {pragma}(3)").scalars().all()
-    if list(lines) != ["ok"]:
-        raise Corrupt(f"{path} is damaged ({str(lines[0])[:120]}).", "Use a backup. Nothing was changed.")
-    orphans = connection.exec_driver_sql("PRAGMA foreign_key_check").all()
+    lines = execute(connection, f"PRAGMA {pragma}(3)").fetchall()
+    if lines != [("ok",)]:
+        raise Corrupt(f"{path} is damaged ({str(lines[0][0])[:120]}).", "Use a backup. Nothing was changed.")
+    orphans = execute(connection, "PRAGMA foreign_key_check").fetchall()
     if orphans:
         raise Corrupt(f'{path} is damaged (dangling references in table "{orphans[0][0]}").', "Use a backup.")
 

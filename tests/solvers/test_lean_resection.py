@@ -1,10 +1,12 @@
 """Lean and batched resections against the full adjustment, with and without the compiled kernel."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from benchmarks.scenes import F_MM, HEIGHT_M, POINT_SIGMA_M, SIGMA_MM, photo, photos
+from benchmarks.scenes import F_MM, HEIGHT_M, POINT_SIGMA_M, SIGMA_MM, Photo, photo, photos
 from orient.geometry.collinearity import partials_rotation, project
 from orient.geometry.rotation import matrix_from_opk
 from orient.solvers import lean_design
@@ -80,6 +82,19 @@ def test_a_batch_is_its_photos_one_by_one() -> None:
         lean = lean_resection(image[i], ground[i], F_MM, R0[i], S0[i])
         assert in_sigmas(many.station[i] - lean.station, lean.Q[3:, 3:]) < 1e-6
         assert np.allclose(many.Q[i], lean.Q, rtol=0, atol=1e-8 * np.abs(lean.Q).max())
+
+
+def test_threads_do_not_share_what_is_kept_between_calls() -> None:
+    some = [photo(n, seed) for seed in range(4) for n in (6, 12, 13)]
+
+    def solved(one: Photo) -> LeanResection:
+        return lean_resection(one.image, one.ground, F_MM, one.R0, one.S0)
+
+    expected = [solved(one) for one in some]
+    with ThreadPoolExecutor(4) as threads:
+        found = list(threads.map(solved, some * 50))
+    for one, other in zip(found, expected * 50, strict=True):
+        assert np.array_equal(one.station, other.station) and np.array_equal(one.Q, other.Q)
 
 
 def test_what_is_above_the_diagonal_does_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -106,6 +106,23 @@ def test_an_adjustment_that_fails_without_a_point_keeps_it() -> None:
     assert snoop(lambda kept, first: None, everyone(12)) is None
 
 
+@pytest.mark.parametrize("keep_last", [True, False], ids=["rejecting", "proposing"])
+def test_proposals_may_begin_at_the_first_adjustment(keep_last: bool) -> None:
+    A, L = line("begin")
+    L[3] += 40.0
+    L[9] -= 15.0
+    firsts = []
+
+    def adjust(kept: Mask, first: FloatArray | None) -> Verdicts[FloatArray] | None:
+        firsts.append(first)
+        return judged(A, L, kept)
+
+    found = snoop(adjust, everyone(12), keep_last=keep_last)
+    assert found is not None and len(found.decisions) == 2
+    expected = [None, None, None] if keep_last else [None, found.first.adjusted, found.first.adjusted]
+    assert all(one is other for one, other in zip(firsts, expected, strict=True))
+
+
 # ---------------------------------------------------------------------------------------------- consensus
 
 

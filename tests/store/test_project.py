@@ -13,7 +13,9 @@ import pytest
 from orient.errors import OrientError, ProjectError, UsageError
 from orient.store import ledger, watch
 from orient.store.errors import Locked, OurFault, ReadOnly, Stopped, StorageError
+from orient.store.plain import CHUNK
 from orient.store.project import Project, create_project, open_project
+from orient.store.rows import TOGETHER
 from orient.store.runs import settings_from_json
 from orient.store.stage_tables import STAGE_TABLES
 from orient.values import Event, Outcome
@@ -173,6 +175,21 @@ def test_what_is_read_back_must_be_what_was_meant(
                 with pytest.raises(StorageError, match="read back"):
                     project.append(new)
             assert len(project.runs(stage)) == 1
+
+
+@pytest.mark.parametrize("n", [1, TOGETHER - 1, TOGETHER, TOGETHER + 1, CHUNK, CHUNK + 3 * TOGETHER + 7])
+def test_any_number_of_rows_comes_back(n: int, tmp_path: Path) -> None:
+    """Some by one statement, the others one by one; columns without any value are not named to SQLite."""
+    rows = [{**readings(1).tables["comparator_reading"][0], "seq": i, "x_mm": i / 7, "sigma": None} for i in range(n)]
+    for row in rows[::3]:
+        row["sigma"] = 0.5 if n > TOGETHER else None
+    path = tmp_path / "p.sqlite"
+    create_project(path, lambda project: fill(project, ["photo"]))
+    with open_project(path, "write") as project:
+        outcome = Outcome({"comparator_reading": rows}, EVENTS)
+        run = project.append(new_run(project, "readings", outcome=outcome))
+        assert project.read_tables(run.run_id)["comparator_reading"] == rows
+        assert project.digest_problems(run.run_id) == []
 
 
 def test_a_wrong_input_digest_is_refused(full: Path) -> None:
