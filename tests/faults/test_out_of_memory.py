@@ -21,7 +21,7 @@ from tests.faults.oracle import Clean, judge, undisturbed
 from tests.faults.victims import Ended, Fault, Victims
 from tests.promises import Promise
 
-POINTS = 300
+POINTS = 600
 SIZE = re.compile(r"\d MB\b")
 OPERATIONS = {
     operation.name: operation
@@ -38,7 +38,7 @@ OPERATIONS = {
 
 
 def many_points(folder: Path) -> Path:
-    """A made photo of 300 control points."""
+    """A made photo with so many control points that even checking it needs memory."""
     chance = np.random.default_rng(POINTS)
     ground = chance.uniform((0.0, 0.0, 90.0), (800.0, 600.0, 240.0), (POINTS, 3))
     photo = MadePhoto()
@@ -55,7 +55,7 @@ def _csv(head: str, rows: "np.ndarray[tuple[int, int], np.dtype[np.float64]]") -
 
 @pytest.fixture(scope="module")
 def large(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Templates like those of operations.py, with 300 points."""
+    """Templates like those of operations.py, with so many points."""
     folder = tmp_path_factory.mktemp("large")
     for name in ("folder", "fresh", "done"):
         (folder / name).mkdir()
