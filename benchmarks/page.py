@@ -1,12 +1,12 @@
 """docs/performance.md and its figure, from what was measured."""
 
-import platform
 import re
 from collections.abc import Sequence
 from importlib import metadata
 from pathlib import Path
 
 from benchmarks.measuring import OWN, Timed, exponent
+from orient.store.ledger import tool_version
 
 HEAD = """# Performance
 
@@ -14,7 +14,8 @@ Made by `make bench`; do not edit. All candidates of a row run interleaved in sh
 BLAS thread: **the ratios are the result, the times are only this machine's**. Rows that compute are in processor time;
 rows that start processes or sync files (commands, rows, files) in time on the wall. Median ratio, quartiles in
 brackets; below 1 orient is faster. *apart*: largest difference of the results, relative to the largest number. Targets
-are set in advance, by the limits of the machine and the speed of the peers, not by what was reached.
+are set in advance, by the limits of one machine and the speed of the peers there, not by what was reached; on another
+processor Python, BLAS and memory are not faster or slower alike, and ratios differ by up to a third.
 
 """
 MANY_PHOTOS = """
@@ -24,9 +25,7 @@ MANY_PHOTOS = """
 own with all stages stored:
 
 """
-PACKAGES = (
-    "numpy", "scipy", "sqlalchemy", "numba", "poselib", "opencv-python-headless", "gtsam", "pyproj", "pymap3d",
-)  # fmt: skip
+PACKAGES = ("sqlalchemy", "numba", "poselib", "opencv-python-headless", "gtsam", "pymap3d")
 LINEAR = 1.1
 SIZE = re.compile(r",? (n = )?\d+")
 
@@ -45,7 +44,7 @@ def _machine() -> str:
             versions.append(f"{name} {metadata.version(name)}")
         except metadata.PackageNotFoundError:
             versions.append(f"{name} not installed")
-    return f"{platform.machine()}, Python {platform.python_version()}; {', '.join(versions)}.\n\n"
+    return f"{tool_version()}; {', '.join(versions)}.\n\n"
 
 
 def _table(done: Sequence[Timed]) -> str:
