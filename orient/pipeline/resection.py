@@ -43,6 +43,8 @@ MINIMUM_POINTS = 3
 HEIGHT_TOLERANCE_M = 1e-3
 MAX_HEIGHT_ROUNDS = 10
 MICROMETRES = 1000.0
+FITS = 4.0
+"""v'Pv in units of its expectation, below which no other orientation is looked for when some points are left out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,9 +169,10 @@ def _task(work: Assignment, chain: Chain) -> Task:
 
     def adjust(keep: Sequence[int], near: Solved | None) -> Solved:
         control, part = work.control.at(keep), chain.at(keep)
-        if near is not None and len(near.found.ends) == 1:  # where all starts led to one end, points do not hide others
+        if near is not None and len(near.found.ends) == 1:
             solved = _solve(work, control, part, (near.found.rotation, near.found.station))
-            if solved.found.termination == "CONVERGED":
+            noise = work.sigma0**2 * solved.found.redundancy
+            if solved.found.termination == "CONVERGED" and solved.found.vPv < FITS * noise:
                 return solved
         return _solve(work, control, part)
 

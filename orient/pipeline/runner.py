@@ -84,7 +84,7 @@ def run_stage(
         if stale:
             raise OrientError(f"{name} would read {', '.join(stale)}, which is stale", "Run: orient run")
         given = {**stage.settings, **settings} if defaults else settings
-        return _run(project, stage, heads, given, reason, again)
+        return _run(project, stage, given, reason, again)
 
 
 def run_stale(
@@ -162,18 +162,16 @@ def _next_result(
         return Result(stage.name, None, computed=False, waits_for=missing)
     begin(stage)
     own = {key: value for key, value in overrides.items() if key in stage.settings}
-    return _run(project, stage, heads, own, reason, again=False)
+    return _run(project, stage, own, reason, again=False)
 
 
-def _run(
-    project: Project, stage: Stage, heads: Mapping[str, RunInfo], settings: Settings, reason: str, again: bool
-) -> Result:
-    """`heads` as they were read last: who changes them meanwhile is noticed when the result is stored."""
-    inputs = {name: heads[name] for name in stage.inputs if name in heads}
-    full = _full_settings(stage, heads.get(stage.name), settings)
-    basis = {name: run.output_digest for name, run in inputs.items()}
-    digest = input_digest(stage.name, stage.version, full, basis)
+def _run(project: Project, stage: Stage, settings: Settings, reason: str, again: bool) -> Result:
     with project.snapshot():
+        heads = project.heads()
+        inputs = {name: heads[name] for name in stage.inputs if name in heads}
+        full = _full_settings(stage, heads.get(stage.name), settings)
+        basis = {name: run.output_digest for name, run in inputs.items()}
+        digest = input_digest(stage.name, stage.version, full, basis)
         known = None if again else _known_run(project, stage, full, basis)
         wanted = {} if known else inputs
         read = {name: project.read_columns(run.run_id, EVIDENCE_TABLES) for name, run in wanted.items()}

@@ -21,7 +21,7 @@ GRAZING_SINE = 1e-6
 POINTS_AT_ONCE = 4096
 """Points whose intermediate numbers stay in the processor's cache."""
 STRIP = 32
-"""Rows of all pairs at once: a multiple of what every processor's kernels take."""
+"""Rows of all pairs at once: a multiple of what the kernels of OpenBLAS take, which are 2 to 32 entries wide."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,17 +171,21 @@ def covariance_factor(jacobians: RayJacobians, element_covariance: FloatArray) -
 def all_pairs(factor: FloatArray) -> FloatArray:
     """K = F F' (m, m) of the rows F (m, u) of all points, symmetric to the last bit.
 
-    No product promises that, because its place may decide the order in which an entry is summed. So strips of equal
-    height are computed, each in the processor's cache, and the first one is compared with the first columns. They
-    agree only if that order is one for all places: entry (i, j) is summed like the entry of i modulo `STRIP` and j
-    modulo `STRIP`, its mirror image like that entry's, and those are the same. What is left of m is mirrored.
+    No product promises that, because the place of an entry may decide the order in which it is summed. So strips of
+    equal height are computed, each in the processor's cache, and one is compared with its mirror image. Where numbers
+    show the order, they agree only if row and column modulo `STRIP` decide it, and both alike: then all of K agrees
+    with its mirror image. The strip is that of the largest row, because zeros show nothing. What is left is mirrored.
     """
+    factor = np.ascontiguousarray(factor)
     m, F_T = len(factor), np.ascontiguousarray(factor.T)
     K, whole = np.empty((m, m)), m - m % STRIP
     for begin in range(0, whole, STRIP):
         np.matmul(factor[begin : begin + STRIP], F_T, out=K[begin : begin + STRIP])
-    if not np.array_equal(K[:STRIP, :whole], K[:whole, :STRIP].T):
-        _mirror_upper_part(K[:whole, :whole])
+    if whole:
+        largest = int(np.argmax(np.abs(factor[:whole]).sum(axis=1)))
+        strip = slice(largest - largest % STRIP, largest - largest % STRIP + STRIP)
+        if not np.array_equal(K[strip, :whole], K[:whole, strip].T):
+            _mirror_upper_part(K[:whole, :whole])
     rest = factor[whole:]
     K[whole:, :whole] = rest @ F_T[:, :whole]
     K[:whole, whole:] = K[whole:, :whole].T

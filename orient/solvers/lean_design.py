@@ -61,7 +61,8 @@ class PhotoDesign(Design):
         """(7, 7) of A and l: `M` (4, 4) camera from ground (4, n) with ones."""
         self._linearise(M, ground, is_far)
         # with the idle first row: a product of a matrix with itself is three times slower in OpenBLAS
-        return self.flat.dot(self.equations_T)[1:]  # type: ignore[no-any-return]
+        product: FloatArray = self.flat.dot(self.equations_T)
+        return product[1:]
 
     def _linearise(self, M: FloatArray, ground: FloatArray, is_far: bool) -> None:
         HEAD.dot(M).dot(ground, self.camera)

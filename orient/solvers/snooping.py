@@ -82,13 +82,13 @@ def snoop(
 ) -> Snooped[Adjusted] | None:
     """Exclude the point with the largest |w| above its critical value, adjust again, until none is left.
 
-    `adjust` (mask of the points that take part, None) gives the verdicts, or None when there is no result. `start`
+    `adjust` (points that take part, adjustment to begin at or None) gives verdicts, None without a result. `start`
     (n,): the points at first; those outside were left out by others and are not tested again. Before each exclusion
     the points excluded so far are tested with the orientation of the others; one that fits it comes back. It ends
     without an exclusion when two suspects are not separable (|rho| > 0.9), when fewer than two redundant equations
     would stay, or when the rest does not determine the unknowns. None when the first adjustment has no result.
     Without `keep_last`, for who asks for proposals, only the first adjustment is kept, which `last` then repeats, and
-    `adjust` is given it for the others, which may begin there.
+    all later ones may begin at it.
     Source: W. Baarda 1968; iterative form e.g. H. Kok 1984.
     """
     first = look = adjust(start, None)
