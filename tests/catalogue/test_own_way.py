@@ -9,7 +9,7 @@ import sys
 import time
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -154,8 +154,9 @@ def _wait_for_open(pid: int, path: Path) -> None:
     """Until the process has the file open (and so has found it in order and waits)."""
     give_up = time.monotonic() + 30
     while time.monotonic() < give_up:
-        for link in Path(f"/proc/{pid}/fd").iterdir():
-            if os.path.realpath(link) == str(path):
+        links = list(Path(f"/proc/{pid}/fd").iterdir())
+        with suppress(FileNotFoundError):  # the process closed one meanwhile
+            if str(path) in [str(link.readlink()) for link in links]:
                 time.sleep(0.3)
                 return
         time.sleep(0.02)
