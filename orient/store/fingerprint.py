@@ -7,7 +7,7 @@ from pathlib import Path
 from sqlalchemy import Connection
 
 from orient.errors import ProjectError
-from orient.store.connection import driver_of, execute, scalar
+from orient.store.connection import execute, scalar
 from orient.store.errors import Corrupt
 from orient.store.format import Format, SchemaObject, TableShape
 from orient.store.guards import quoted
@@ -24,7 +24,7 @@ def schema_objects(connection: Connection) -> list[SchemaObject]:
         "SELECT type, name, tbl_name, sql FROM main.sqlite_schema "
         "WHERE NOT (type = 'table' AND name LIKE 'sqlite_stat_') ORDER BY type, name, tbl_name, sql"
     )
-    return driver_of(connection).execute(query).fetchall()
+    return execute(connection, query).fetchall()
 
 
 def tables_and_indexes(connection: Connection) -> list[SchemaObject]:
