@@ -10,6 +10,7 @@ from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 SHORTEST_S = 0.004
 """A candidate is called as often in a row as fills this time."""
@@ -36,6 +37,7 @@ class Task:
     note: str = ""
     clock: Callable[[], float] = time.process_time
     numba_target: float | None = None
+    compared: Callable[[Any], NDArray[np.float64]] = np.asarray
 
     def target_of(self, name: str) -> float | None:
         return {OWN: self.target, NUMBA: self.numba_target}.get(name)
@@ -81,7 +83,7 @@ def measure(task: Task, rounds: int = 9, budget_s: float = 12.0) -> Timed:
         results[name] = call()
         loops[name] = max(1, int(SHORTEST_S / max(time.perf_counter() - start, 1e-9)))
     timed = Timed(task, {name: [] for name in task.candidates})
-    timed.apart = _apart(results, timed.anchor, task.tolerance)
+    timed.apart = _apart(results, task, timed.anchor)
     if task.growth is not None:
         timed.peak_bytes = _peak_bytes(task.candidates[OWN])
     order, shuffle = list(task.candidates), random.Random(1)
@@ -110,13 +112,13 @@ def _seconds(task: Task, name: str, loops: int) -> float:
     return (task.clock() - begin) / loops
 
 
-def _apart(results: Mapping[str, Any], anchor: str, tolerance: float | None) -> dict[str, float]:
+def _apart(results: Mapping[str, Any], task: Task, anchor: str) -> dict[str, float]:
     """Largest difference from the anchor, each column in units of its largest number."""
-    if results[anchor] is None or tolerance is None:
+    if results[anchor] is None or task.tolerance is None:
         return {}
-    base = np.asarray(results[anchor], dtype=np.float64)
+    base = task.compared(results[anchor])
     scale = np.maximum(np.abs(base).max(axis=0), 1e-300)
-    return {name: float(np.max(np.abs(np.asarray(found) - base) / scale)) for name, found in results.items()}
+    return {name: float(np.max(np.abs(task.compared(found) - base) / scale)) for name, found in results.items()}
 
 
 def exponent(sizes: Sequence[int], seconds: Sequence[float]) -> float:

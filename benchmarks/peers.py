@@ -1,6 +1,6 @@
-"""The same resections by other libraries, with their best settings; each adds the 6 x 6 covariance that it lacks."""
+"""The same resections by other libraries, with their best settings; what a library lacks of `Orientation` is added."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,26 +11,38 @@ Array = NDArray[np.float64]
 FLIP = np.diag([1.0, -1.0, -1.0])
 """From orient's camera (y up, looking along -z) to theirs (y down, looking along +z)."""
 PIXELS = 1.0 / SIGMA_MM
+K_CV = np.diag([F_MM * PIXELS, F_MM * PIXELS, 1.0])
 DENSE_STEPS = 5
 """As many as the steps of orient."""
 
 
-def station_and_sigmas(R_cv: Array, t: Array, ground: Array) -> Array:
-    """S [m] and its standard deviations: x = f X/Z, camera = R P + t; `ground` and t in flying heights."""
-    X, Y, Z = (ground @ R_cv.T + t).T
+class Orientation(NamedTuple):
+    """What each candidate finds: R (3, 3), S (3,), covariance (6, 6) of (r, S) with R_new = exp([r]x) R, v'v [mm^2]."""
+
+    rotation: Array
+    station: Array
+    covariance: Array
+    vv: float
+
+
+def with_covariance(R_cv: Array, t: Array, scaled: Array, pixels: Array) -> Orientation:
+    """Of x = f X/Z, camera = R P + t; `scaled` P and t in flying heights, `pixels` of one sigma."""
+    X, Y, Z = (scaled @ R_cv.T + t).T
     f = F_MM * PIXELS
     u, v, w = X / Z, Y / Z, 1.0 / Z
     J = np.zeros((2, len(u), 6))
     J[0, :, 0], J[0, :, 1], J[0, :, 2], J[0, :, 3], J[0, :, 5] = -u * v, 1 + u * u, -v, w, -u * w
     J[1, :, 0], J[1, :, 1], J[1, :, 2], J[1, :, 4], J[1, :, 5] = -1 - v * v, u * v, u, w, -v * w
     J = J.reshape(-1, 6) * f
-    covariance = np.linalg.inv(J.T @ J)
-    of_station = R_cv.T @ covariance[3:, 3:] @ R_cv
-    return HEIGHT_M * np.concatenate([-R_cv.T @ t, np.sqrt(np.diag(of_station))])
+    dx, dy = pixels[:, 0] - f * u, pixels[:, 1] - f * v
+    to_ground = np.zeros((6, 6))  # r -> -R' r, dS = -R' dt
+    to_ground[:3, :3], to_ground[3:, 3:] = R_cv.T, HEIGHT_M * R_cv.T
+    covariance = to_ground @ np.linalg.inv(J.T @ J) @ to_ground.T
+    return Orientation((FLIP @ R_cv).T, -HEIGHT_M * (t @ R_cv), covariance, float(dx @ dx + dy @ dy) * SIGMA_MM**2)
 
 
-def poselib_refined(image: Array, ground: Array, R0: Array, S0: Array) -> Array:
-    """PoseLib's refinement, ground in flying heights, then the covariance."""
+def poselib_refined(image: Array, ground: Array, R0: Array, S0: Array) -> Orientation:
+    """PoseLib's refinement, ground in flying heights."""
     import poselib
 
     R_cv, scaled = FLIP @ R0.T, ground / HEIGHT_M
@@ -40,38 +52,36 @@ def poselib_refined(image: Array, ground: Array, R0: Array, S0: Array) -> Array:
     camera = {"model": "SIMPLE_PINHOLE", "width": 1, "height": 1, "params": [F_MM * PIXELS, 0.0, 0.0]}
     options = {"gradient_tol": 1e-12, "step_tol": 1e-12, "max_iterations": 100, "loss_type": "TRIVIAL"}
     found, _ = poselib.refine_absolute_pose(pixels, scaled, pose, camera, options)
-    return station_and_sigmas(np.array(found.R), np.array(found.t), scaled)
+    return with_covariance(np.array(found.R), np.array(found.t), scaled, pixels)
 
 
-def opencv_refined(image: Array, ground: Array, R0: Array, S0: Array) -> Array:
-    """OpenCV's solvePnPRefineLM, then the covariance."""
+def opencv_refined(image: Array, ground: Array, R0: Array, S0: Array) -> Orientation:
+    """OpenCV's solvePnPRefineLM."""
     import cv2
 
     R_cv, scaled = FLIP @ R0.T, ground / HEIGHT_M
     rotation = cv2.Rodrigues(R_cv)[0]
-    return _opencv_lm(cv2, image, scaled, rotation, (-R_cv @ (S0 / HEIGHT_M))[:, None])
+    pixels = image * np.array([PIXELS, -PIXELS])
+    return _opencv_lm(cv2, pixels, scaled, rotation, (-R_cv @ (S0 / HEIGHT_M))[:, None])
 
 
-def opencv_from_nothing(image: Array, ground: Array) -> Array:
-    """OpenCV's SQPNP, refined, then the covariance."""
+def opencv_from_nothing(image: Array, ground: Array) -> Orientation:
+    """OpenCV's SQPNP, refined."""
     import cv2
 
     scaled = ground / HEIGHT_M
     pixels = image * np.array([PIXELS, -PIXELS])
-    K = np.diag([F_MM * PIXELS, F_MM * PIXELS, 1.0])
-    _, rotation, t = cv2.solvePnP(scaled, pixels, K, None, flags=cv2.SOLVEPNP_SQPNP)
-    return _opencv_lm(cv2, image, scaled, rotation, t)
+    _, rotation, t = cv2.solvePnP(scaled, pixels, K_CV, None, flags=cv2.SOLVEPNP_SQPNP)
+    return _opencv_lm(cv2, pixels, scaled, rotation, t)
 
 
-def _opencv_lm(cv2: Any, image: Array, scaled: Array, rotation: Array, t: Array) -> Array:
-    pixels = image * np.array([PIXELS, -PIXELS])
-    K = np.diag([F_MM * PIXELS, F_MM * PIXELS, 1.0])
+def _opencv_lm(cv2: Any, pixels: Array, scaled: Array, rotation: Array, t: Array) -> Orientation:
     criteria = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 50, 1e-14)
-    rotation, t = cv2.solvePnPRefineLM(scaled, pixels, K, None, rotation, t, criteria)
-    return station_and_sigmas(cv2.Rodrigues(rotation)[0], t[:, 0], scaled)
+    rotation, t = cv2.solvePnPRefineLM(scaled, pixels, K_CV, None, rotation, t, criteria)
+    return with_covariance(cv2.Rodrigues(rotation)[0], t[:, 0], scaled, pixels)
 
 
-def gtsam_weighted(image: Array, given: Array, R0: Array, S0: Array) -> Array:
+def gtsam_weighted(image: Array, given: Array, R0: Array, S0: Array) -> Orientation:
     """GTSAM: projection factors and priors on the points, Levenberg-Marquardt, the marginal of the pose."""
     import gtsam
 
@@ -90,9 +100,11 @@ def gtsam_weighted(image: Array, given: Array, R0: Array, S0: Array) -> Array:
     parameters.setAbsoluteErrorTol(1e-14)
     found = gtsam.LevenbergMarquardtOptimizer(graph, values, parameters).optimize()
     pose = found.atPose3(0)
-    covariance = gtsam.Marginals(graph, found).marginalCovariance(0)
-    of_station = pose.rotation().matrix() @ covariance[3:, 3:] @ pose.rotation().matrix().T
-    return HEIGHT_M * np.concatenate([pose.translation(), np.sqrt(np.diag(of_station))])
+    R = pose.rotation().matrix()
+    to_ground = np.zeros((6, 6))  # r and dS in the axes of the camera
+    to_ground[:3, :3], to_ground[3:, 3:] = R, HEIGHT_M * R
+    covariance = to_ground @ gtsam.Marginals(graph, found).marginalCovariance(0) @ to_ground.T
+    return Orientation(R @ FLIP, HEIGHT_M * pose.translation(), covariance, 2.0 * graph.error(found) * SIGMA_MM**2)
 
 
 def dense_weighted(image: Array, given: Array, R: Array, S: Array) -> Array:

@@ -8,11 +8,13 @@ from numpy.typing import NDArray
 
 from benchmarks import peers
 from benchmarks.measuring import Task, compiled
+from benchmarks.peers import Orientation
 from benchmarks.scenes import F_MM, POINT_SIGMA_M, SIGMA_MM, Photo, photo, photos
 from orient.solvers.batch_iteration import BatchResection
 from orient.solvers.lean_resection import LeanResection, lean_resection
 from orient.solvers.resection import resect
 from orient.solvers.resection_batch import resection_batch
+from orient.solvers.resection_result import Resection
 
 Array = NDArray[np.float64]
 TARGETS = {6: 1.2, 20: 1.2, 100: 1.0, 1000: 0.5, 10_000: 0.3, 100_000: 0.5, 1_000_000: None}
@@ -30,19 +32,28 @@ def tasks() -> Iterator[Task]:
     yield from (_pipeline_solver(n) for n in (10, 100, 1000, 10_000, 100_000))
 
 
-def _told(found: LeanResection) -> Array:
-    return np.concatenate([found.station, SIGMA_MM * np.sqrt(np.diag(found.Q)[3:])])
+def _orientation(found: LeanResection | BatchResection | Resection) -> Orientation:
+    return Orientation(found.rotation, found.station, SIGMA_MM**2 * found.Q, found.vPv)
+
+
+def _numbers(found: Orientation) -> Array:
+    """A row of R, S, standard deviations, correlations and v'v for each photo."""
+    covariance = found.covariance.reshape(-1, 6, 6)
+    sigmas = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+    correlations = covariance / sigmas[:, :, None] / sigmas[:, None]
+    parts = (found.rotation, found.station, sigmas, correlations, np.asarray(found.vv))
+    return np.hstack([part.reshape(len(sigmas), -1) for part in parts])
 
 
 def _single(n: int) -> Task:
     one = photo(n)
 
-    def own() -> Array:
-        return _told(lean_resection(one.image, one.ground, F_MM, one.R0, one.S0))
+    def own() -> Orientation:
+        return _orientation(lean_resection(one.image, one.ground, F_MM, one.R0, one.S0))
 
-    def by_numba() -> Array:
+    def by_numba() -> Orientation:
         found = resection_batch(one.image[None], one.ground[None], F_MM, one.R0[None], one.S0[None], compiled=True)
-        return _told_batch(found, slice(0, 1))[0]
+        return _orientation(found)
 
     rough = (one.image, one.ground, one.R0, one.S0)
     candidates: dict[str, Callable[[], object]] = {"orient": own}
@@ -52,27 +63,30 @@ def _single(n: int) -> Task:
     if n <= 1000:
         candidates["OpenCV LM + covariance"] = partial(peers.opencv_refined, *rough)
     line = ("lean resection", n)
-    return Task(f"resection, n = {n}", candidates, TARGETS[n], 1e-5, line, numba_target=COMPILED.get(n))
+    return Task(
+        f"resection, n = {n}", candidates, TARGETS[n], 1e-5, line, numba_target=COMPILED.get(n), compared=_numbers
+    )
 
 
 def _from_nothing(n: int) -> Task:
     one = photo(n)
 
-    def own() -> Array:
-        return _told_batch(resection_batch(one.image[None], one.ground[None], F_MM), slice(0, 1))[0]
+    def own() -> Orientation:
+        return _orientation(resection_batch(one.image[None], one.ground[None], F_MM))
 
     anchor = {"OpenCV SQPNP + LM + covariance": partial(peers.opencv_from_nothing, one.image, one.ground)}
-    return Task(f"no starting values, n = {n}", {"orient": own, **anchor}, 1.5, 1e-4)
+    return Task(f"no starting values, n = {n}", {"orient": own, **anchor}, 1.5, 1e-4, compared=_numbers)
 
 
 def _weighted(n: int) -> Task:
     one, S = photo(n), _cofactors(n)
 
-    def own() -> Array:
-        return _told(lean_resection(one.image, one.given, F_MM, one.R0, one.S0, S))
+    def own() -> Orientation:
+        return _orientation(lean_resection(one.image, one.given, F_MM, one.R0, one.S0, S))
 
     anchor = {"GTSAM + marginal": partial(peers.gtsam_weighted, one.image, one.given, one.R0, one.S0)}
-    return Task(f"weighted control, n = {n}", {"orient": own, **anchor}, WEIGHTED[n], 1e-4, ("weighted control", n))
+    name, line = f"weighted control, n = {n}", ("weighted control", n)
+    return Task(name, {"orient": own, **anchor}, WEIGHTED[n], 1e-4, line, compared=_numbers)
 
 
 def _cofactors(n: int) -> Array:
@@ -90,22 +104,18 @@ def _full_covariance(n: int) -> Task:
     return Task(name, {"orient": own, "dense normal equations": dense}, 0.04 if n == 100 else None, 1e-6)
 
 
-def _told_batch(found: BatchResection, some: slice) -> Array:
-    sigmas = SIGMA_MM * np.sqrt(np.diagonal(found.Q[some], axis1=1, axis2=2)[:, 3:])
-    return np.hstack([found.station[some], sigmas])
-
-
 def _batch() -> Task:
     image, ground, R0, S0 = photos(MANY, 12)
 
-    def own(compiled: bool) -> Array:
-        return _told_batch(resection_batch(image, ground, F_MM, R0, S0, compiled=compiled), slice(None))
+    def own(compiled: bool) -> Orientation:
+        return _orientation(resection_batch(image, ground, F_MM, R0, S0, compiled=compiled))
 
-    def loop() -> Array:
-        return np.array([peers.poselib_refined(*each) for each in zip(image, ground, R0, S0, strict=True)])
+    def loop() -> Orientation:
+        found = [peers.poselib_refined(*each) for each in zip(image, ground, R0, S0, strict=True)]
+        return Orientation(*map(np.array, zip(*found, strict=True)))
 
     candidates = {"orient": partial(own, False), **compiled(partial(own, True)), "loop over PoseLib + covariance": loop}
-    return Task(f"{MANY} photos x 12 points", candidates, 0.08, 1e-5, numba_target=0.025)
+    return Task(f"{MANY} photos x 12 points", candidates, 0.08, 1e-5, numba_target=0.025, compared=_numbers)
 
 
 def _pipeline_solver(n: int) -> Task:
@@ -113,13 +123,13 @@ def _pipeline_solver(n: int) -> Task:
     one: Photo = photo(n)
     cofactor = np.tile(np.eye(2), (n, 1, 1))
 
-    def full() -> Array:
-        found = resect(one.image, cofactor, one.ground, F_MM)
-        return np.concatenate([found.station, SIGMA_MM * np.sqrt(np.diag(found.Q)[3:])])
+    def full() -> Orientation:
+        return _orientation(resect(one.image, cofactor, one.ground, F_MM))
 
-    def lean() -> Array:
-        return _told(lean_resection(one.image, one.ground, F_MM, one.R0, one.S0))
+    def lean() -> Orientation:
+        return _orientation(lean_resection(one.image, one.ground, F_MM, one.R0, one.S0))
 
     note = "all starts, all iterations and all tests' numbers are kept; informs only"
     name = f"full adjustment without start against the lean one, n = {n}"
-    return Task(name, {"orient": full, "its own lean resection": lean}, None, 1e-5, ("full adjustment", n), note)
+    line, candidates = ("full adjustment", n), {"orient": full, "its own lean resection": lean}
+    return Task(name, candidates, None, 1e-5, line, note, compared=_numbers)

@@ -18,7 +18,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dposv, dtrtrs
+from scipy.linalg.blas import dtrsm
+from scipy.linalg.lapack import dposv
 
 from orient.solvers.ground_covariance import all_pairs
 from orient.solvers.lean_design import NATURAL, PhotoDesign, WeightedDesign, kept_design
@@ -34,7 +35,8 @@ UNSURE = 100.0
 """Not so with control that is less sure than so many readings."""
 LAST_MOVE = 1e-9
 """Of a weighted ground point, in camera distances."""
-EYE, FROM_UNKNOWNS = np.eye(4), -NATURAL
+EYE = np.eye(4)
+TURN, SHIFT = np.split(-NATURAL, 2)
 
 
 class LeanResection(NamedTuple):
@@ -87,7 +89,7 @@ def lean_resection(
     has_errors = ground_cofactor is not None
     with np.errstate(all="ignore"):
         for R, S, is_far in _starts(image, ground, f_mm, rotation, station, may_be_far, has_errors):
-            found = _gauss_newton(_Photo(image, ground, f_mm, S, ground_cofactor), R, S, is_far, max_iterations)
+            found = _gauss_newton(_photo(image, ground, f_mm, S, ground_cofactor), R, S, is_far, max_iterations)
             if found.converged:
                 break
     return found
@@ -118,6 +120,14 @@ def _starts(
     yield rotation, station, False
 
 
+def _photo(
+    image: FloatArray, ground: FloatArray, f: float, station: FloatArray, cofactor: FloatArray | None
+) -> "_Photo":
+    if cofactor is not None:
+        return _WeightedPhoto(image, ground, f, station, cofactor)
+    return (_Photo if len(image) <= POINTS_AT_ONCE else _LongPhoto)(image, ground, f, station)
+
+
 def _gauss_newton(photo: "_Photo", R: FloatArray, S: FloatArray, is_far: bool, max_iterations: int) -> LeanResection:
     """Far off with the image points as measured and the control as given, until a step is small; never to the end."""
     M = photo.camera_from_ground(R, S)
@@ -128,7 +138,7 @@ def _gauss_newton(photo: "_Photo", R: FloatArray, S: FloatArray, is_far: bool, m
         U, step, failed = dposv(N[:6, :6], g)
         if failed:
             break
-        if photo.weighted and not is_far:
+        if not is_far:
             photo.move_points(step)
         M, moved = _moved(M, step)
         if not moved < math.inf:
@@ -137,7 +147,7 @@ def _gauss_newton(photo: "_Photo", R: FloatArray, S: FloatArray, is_far: bool, m
             moved < SMALL_STEP and float(step.dot(g)) * photo.redundancy < LAST_IN_SIGMAS**2 * float(N[6, 6])
         )
         if is_last and not is_far and photo.are_points_at_rest():
-            if _is_regular(N, U) and photo.is_in_front(M):
+            if _is_regular(N, U) and photo.is_in_front():
                 return photo.result(M, U, float(N[6, 6]), number)
             break
         is_far = is_far and moved > FAR
@@ -146,99 +156,135 @@ def _gauss_newton(photo: "_Photo", R: FloatArray, S: FloatArray, is_far: bool, m
 
 def _is_regular(N: FloatArray, U: FloatArray) -> bool:
     """Do the points determine each unknown? U'U = N: the pivots tell what of its weight those before it leave."""
-    return all(
-        u * u > SINGULAR * weight for u, weight in zip(U.diagonal().tolist(), N.diagonal()[:6].tolist(), strict=True)
-    )
+    pivots, weights = U.diagonal().tolist(), N.diagonal().tolist()[:6]
+    return all(pivot**2 > SINGULAR * weight for pivot, weight in zip(pivots, weights, strict=True))
 
 
 class _Photo:
-    """The points about the first one as columns: ground (4, n) [m] with ones, image x/f (2, n)."""
+    """Of few points without errors."""
 
-    def __init__(
-        self, image: FloatArray, ground: FloatArray, f: float, station: FloatArray, cofactor: FloatArray | None
-    ) -> None:
-        n = len(image)
-        self.f, self.origin = f, ground[0]
+    is_control_sure = True
+
+    def __init__(self, image: FloatArray, ground: FloatArray, f: float, station: FloatArray) -> None:
+        self.image, self.ground, self.f, self.origin = image, ground, f, ground[0]
         self.distance = math.dist(self.origin.tolist(), station.tolist())
-        self.redundancy = max(2 * n - 6, 1)
-        self.ground = np.empty((4, n))
-        self.ground[3] = 1.0
-        self.points = self.ground[:3]
-        np.subtract(ground.T, self.origin[:, None], self.points)
-        m = min(n, POINTS_AT_ONCE)
-        parts = [slice(begin, min(begin + m, n)) for begin in range(0, n, m)]
-        self.weighted: list[tuple[slice, WeightedDesign]] = []
-        self.moves: list[FloatArray] = []
-        self.is_control_sure = True
-        self.designs: list[tuple[slice, PhotoDesign]] = []
-        if cofactor is None:
-            shared = kept_design(m)
-            self.designs += [(part, shared if part.stop - part.start == m else PhotoDesign(n % m)) for part in parts]
-        else:  # a buffer for each part, because its points come back to their rows
-            S = np.ascontiguousarray(cofactor.transpose(1, 2, 0)) * f**2
-            self.is_control_sure = bool(S.max() < (UNSURE * self.distance) ** 2)
-            self.weighted += [(part, WeightedDesign(self.points[:, part].copy(), S[:, :, part])) for part in parts]
-            self.designs += self.weighted
-        self.image = self.designs[0][1].image if m == n else np.empty((2, n))
-        np.divide(image.T, f, self.image)
+        self.redundancy = max(2 * len(image) - 6, 1)
+        self._prepare()
+
+    def _prepare(self) -> None:
+        self.design = kept_design(len(self.image))
+        self.design.place(self.image, self.ground, self.origin, self.f)
 
     def camera_from_ground(self, R: FloatArray, S: FloatArray) -> FloatArray:
-        """(4, 4) of (xs, ys, zs, 1) in camera distances."""
+        """(4, 4) of (xs, ys, zs, 1) in camera distances from ground about its first point."""
         M = EYE.copy()
-        M[:3, :3] = R.T / self.distance
-        M[:3, 3] = M[:3, :3].dot(self.origin - S)
+        M[:3, :3] = R.T
+        M[:3, 3] = (self.origin - S).dot(R)
+        M[:3] /= self.distance
         return M
 
     def normal_matrix(self, M: FloatArray, is_far: bool) -> FloatArray:
-        """(A l)'P(A l) (7, 7), some thousand points at a time."""
-        if len(self.designs) == 1:
-            return self.designs[0][1].normal_matrix(M, self.ground, is_far)
-        N = np.zeros((7, 7))
-        for part, design in self.designs:
-            design.image[:] = self.image[:, part]
-            N += design.normal_matrix(M, self.ground[:, part], is_far)
-        return N
+        """(A l)'P(A l) (7, 7)."""
+        return self.design.normal_matrix(M, is_far)
+
+    def is_in_front(self) -> bool:
+        """At the place of the last normal matrix."""
+        return self.design.is_in_front()
 
     def move_points(self, step: FloatArray) -> None:
-        """Those with errors, and keep how far they were moved."""
-        self.moves = []
-        for part, design in self.weighted:
-            moved = design.moved(step)
-            self.moves.append(moved - self.points[:, part])
-            self.points[:, part] = moved
+        """Those with errors."""
 
     def are_points_at_rest(self) -> bool:
-        return all(float(np.abs(move).max()) < LAST_MOVE * self.distance for move in self.moves)
-
-    def is_in_front(self, M: FloatArray) -> bool:
-        return bool(np.count_nonzero(M[2].dot(self.ground) < 0.0) == self.ground.shape[1])
+        return True
 
     def result(self, M: FloatArray, U: FloatArray, vPv: float, number: int) -> LeanResection:
-        R, t, d, f = M[:3, :3].T * self.distance, M[:3, 3], self.distance, self.f
-        S = self.origin - R.dot(t) * d
-        turn = np.zeros((6, 6))  # r -> -R r, dS = -R t d
-        turn[:3, :3], turn[3:, 3:] = R, R * d
-        turn = turn.dot(FROM_UNKNOWNS)
-        F = dtrtrs(U, turn.T, trans=1)[0] / f
-        Q = F.T.dot(F)
-        if not self.weighted:
-            return LeanResection(R, S, Q, vPv * f**2, number, True)
-        back = np.linalg.inv(turn)
-        G, own = zip(*(design.point_cofactors(back) for _, design in self.weighted), strict=True)
-        P, by_elements = self.origin + self.points.T, np.concatenate(G)
-        return LeanResection(R, S, Q, vPv * f**2, number, True, P, by_elements, np.concatenate(own) / f**2)
+        d, f = self.distance, self.f
+        R = (M[:3, :3] * d).T
+        S = self.origin - R.dot(M[:3, 3]) * d
+        F = dtrsm(1.0 / f, U, self.elements(R).T, trans_a=1)
+        return LeanResection(R, S, F.T.dot(F), vPv * f**2, number, True)
+
+    def elements(self, R: FloatArray) -> FloatArray:
+        """(6, 6) of the unknowns: r -> -R r, dS = -R t d."""
+        elements = np.empty((6, 6))
+        R.dot(TURN, elements[:3])
+        (R * self.distance).dot(SHIFT, elements[3:])
+        return elements
+
+
+class _LongPhoto(_Photo):
+    """Of many points without errors: some thousand at a time in one buffer."""
+
+    def _prepare(self) -> None:
+        n, m = len(self.image), POINTS_AT_ONCE
+        shared = kept_design(m)
+        self.parts = [(slice(i, i + m), shared) for i in range(0, n - m + 1, m)]
+        if n % m:
+            self.parts.append((slice(n - n % m, n), PhotoDesign(n % m)))
+
+    def normal_matrix(self, M: FloatArray, is_far: bool) -> FloatArray:
+        N, self.front = np.zeros((7, 7)), True
+        for part, design in self.parts:
+            design.place(self.image[part], self.ground[part], self.origin, self.f)
+            N += design.normal_matrix(M, is_far)
+            self.front = self.front and design.is_in_front()
+        return N
+
+    def is_in_front(self) -> bool:
+        return self.front
+
+
+class _WeightedPhoto(_Photo):
+    """Of points with errors: a buffer for some thousand each, because they come back to their rows."""
+
+    def __init__(
+        self, image: FloatArray, ground: FloatArray, f: float, station: FloatArray, cofactor: FloatArray
+    ) -> None:
+        self.cofactor = np.ascontiguousarray(cofactor.transpose(1, 2, 0)) * f**2
+        super().__init__(image, ground, f, station)
+        self.is_control_sure = bool(self.cofactor.max() < (UNSURE * self.distance) ** 2)
+
+    def _prepare(self) -> None:
+        self.designs: list[WeightedDesign] = []
+        self.moves = [math.inf]
+        for i in range(0, len(self.image), POINTS_AT_ONCE):
+            part = slice(i, i + POINTS_AT_ONCE)
+            design = WeightedDesign(self.cofactor[:, :, part])
+            design.place(self.image[part], self.ground[part], self.origin, self.f)
+            self.designs.append(design)
+
+    def normal_matrix(self, M: FloatArray, is_far: bool) -> FloatArray:
+        return np.asarray(np.add.reduce([design.normal_matrix(M, is_far) for design in self.designs]))
+
+    def is_in_front(self) -> bool:
+        return all(design.is_in_front() for design in self.designs)
+
+    def move_points(self, step: FloatArray) -> None:
+        self.moves = [design.move_points(step) for design in self.designs]
+
+    def are_points_at_rest(self) -> bool:
+        return all(move < LAST_MOVE * self.distance for move in self.moves)
+
+    def result(self, M: FloatArray, U: FloatArray, vPv: float, number: int) -> LeanResection:
+        found = super().result(M, U, vPv, number)
+        unknowns = np.asarray(np.linalg.inv(self.elements(found.rotation)), dtype=np.float64)
+        G, own = zip(*(design.point_cofactors(unknowns) for design in self.designs), strict=True)
+        P = self.origin + np.concatenate([design.points.T for design in self.designs])
+        return found._replace(ground=P, by_elements=np.concatenate(G), own=np.concatenate(own) / self.f**2)
 
 
 def _moved(M: FloatArray, step: FloatArray) -> tuple[FloatArray, float]:
     """M (4, 4) after P_camera <- E P_camera + t, E Cayley's rotation, exp([r]x) to second order; sum of |r|, |t|."""
-    z, t1, t2, t3, y, x = unknowns = step.tolist()
+    z, t1, t2, t3, y, x = step.tolist()
+    moved = abs(x) + abs(y) + abs(z) + abs(t1) + abs(t2) + abs(t3)
     x, y, z = 0.5 * x, 0.5 * y, 0.5 * z
-    xx, yy, zz = x * x, y * y, z * z
-    k = 2.0 / (1.0 + xx + yy + zz)
+    k = 2.0 / (1.0 + x * x + y * y + z * z)
+    kx, ky, kz = k * x, k * y, k * z
+    xx, yy, zz, xy, xz, yz = kx * x, ky * y, kz * z, kx * y, kx * z, ky * z
     move = [
-        *(1.0 - k * (yy + zz), k * (x * y - z), k * (x * z + y), -t1),
-        *(k * (x * y + z), 1.0 - k * (xx + zz), k * (y * z - x), -t2),
-        *(k * (x * z - y), k * (y * z + x), 1.0 - k * (xx + yy), t3),
+        *(1.0 - yy - zz, xy - kz, xz + ky, -t1),
+        *(xy + kz, 1.0 - xx - zz, yz - kx, -t2),
+        *(xz - ky, yz + kx, 1.0 - xx - yy, t3),
         *(0.0, 0.0, 0.0, 1.0),
     ]
-    return np.array(move).reshape(4, 4).dot(M), sum(map(abs, unknowns))
+    return np.array(move).reshape(4, 4).dot(M), moved

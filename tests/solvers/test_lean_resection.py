@@ -28,7 +28,7 @@ def in_sigmas(values: Array, Q: Array) -> float:
     return float(np.max(np.abs(values) / (SIGMA_MM * np.sqrt(np.diag(Q)))))
 
 
-@pytest.mark.parametrize("n", [6, 20, 1000, 5000])
+@pytest.mark.parametrize("n", [6, 20, 64, 65, 1000, 2049, 4096, 5000])
 def test_the_optimum_is_that_of_the_full_adjustment(n: int) -> None:
     one = photo(n, n)
     full = resect(one.image, np.tile(np.eye(2), (n, 1, 1)), one.ground, F_MM)
@@ -41,7 +41,7 @@ def test_the_optimum_is_that_of_the_full_adjustment(n: int) -> None:
     assert np.allclose(lean.Q, full.Q, rtol=1e-8, atol=1e-8 * np.sqrt(np.outer(np.diag(full.Q), np.diag(full.Q))).max())
 
 
-@pytest.mark.parametrize("n", [6, 100])
+@pytest.mark.parametrize("n", [6, 64, 65, 100])
 def test_weighted_control(n: int) -> None:
     one = photo(n, n)
     S = np.tile(POINT_COVARIANCE / SIGMA_MM**2, (n, 1, 1))
@@ -241,7 +241,7 @@ def test_from_anywhere_an_end_is_the_optimum(weighted: bool) -> None:
 
 def _ends(image: Array, ground: Array, R: Array, S: Array) -> list[LeanResection]:
     """With the image points as measured far off, and with the computed ones alone."""
-    given = lean_module._Photo(image, ground, F_MM, S, None)
+    given = lean_module._photo(image, ground, F_MM, S, None)
     return [lean_module._gauss_newton(given, R, S, is_far, 20) for is_far in (True, False)]
 
 
@@ -277,7 +277,7 @@ def test_control_without_heights_is_never_taken_as_given() -> None:
     given, S = one.given.copy(), np.tile(POINT_COVARIANCE / SIGMA_MM**2, (20, 1, 1))
     given[::2, 2] += HEIGHT_M / 3
     S[::2, 2, 2] = (HEIGHT_M / SIGMA_MM) ** 2
-    given_as_it_is = lean_module._Photo(one.image, given, F_MM, one.S0, S)
+    given_as_it_is = lean_module._photo(one.image, given, F_MM, one.S0, S)
     assert not given_as_it_is.is_control_sure
     found = lean_resection(one.image, given, F_MM, one.R0, one.S0, S)
     true = lean_resection(one.image, one.given, F_MM, one.R0, one.S0)
