@@ -38,9 +38,10 @@ def _scene(model, ground, model_centre, ground_centre, weights, begin, columns):
 
 
 @compiled  # type: ignore[misc, unused-ignore]
-def similarity_products(model, ground, model_centre, ground_centre, weights):  # type: ignore[no-untyped-def]
-    """Upper triangle of sum p x x', sum p x P' by rows, sum p |P|^2: 16 numbers."""
+def similarity_moments(model, ground, model_centre, ground_centre, weights):  # type: ignore[no-untyped-def]
+    """Upper triangle of sum p x x', sum p x P' by rows, sum p |P|^2, sum p x, sum p P, sum p: 23 numbers."""
     columns = np.ones((7, BLOCK))
+    sx = sy = sz = sX = sY = sZ = sp = 0.0
     xx = xy = xz = yy = yz = zz = a = b = c = d = e = f = g = h = j = PP = 0.0
     for begin in range(0, len(model), BLOCK):
         m = _scene(model, ground, model_centre, ground_centre, weights, begin, columns)
@@ -64,7 +65,14 @@ def similarity_products(model, ground, model_centre, ground_centre, weights):  #
             h += pz * Y
             j += pz * Z
             PP += p * (X * X + Y * Y + Z * Z)
-    return np.array([xx, xy, xz, yy, yz, zz, a, b, c, d, e, f, g, h, j, PP])
+            sx += px
+            sy += py
+            sz += pz
+            sX += p * X
+            sY += p * Y
+            sZ += p * Z
+            sp += p
+    return np.array([xx, xy, xz, yy, yz, zz, a, b, c, d, e, f, g, h, j, PP, sx, sy, sz, sX, sY, sZ, sp])
 
 
 @compiled  # type: ignore[misc, unused-ignore]

@@ -18,7 +18,7 @@ from orient.solvers.absolute_search import FAR_BETTER, FIT_SHARE
 
 FloatArray = NDArray[np.float64]
 
-POINTS_AT_ONCE = 8192
+POINTS_AT_ONCE, POINTS_OF_ROUGH_CENTRE = 8192, 64
 ON_LINE = 1e-7
 """Width to length of the points below which they are one line: the model can turn about it."""
 
@@ -116,21 +116,37 @@ def _normals(state: Similarity, xx: FloatArray) -> tuple[FloatArray, float]:
 
 
 class _Scene:
-    """Sums over the points, some thousand at a time."""
+    """Sums over the points, some thousand at a time, about the mean of some points until the centres are known."""
 
     def __init__(self, model: FloatArray, ground: FloatArray, weights: FloatArray | None) -> None:
         self.model, self.ground, self.weights = model, ground, weights
-        p = np.ones(len(model)) if weights is None else weights
-        self.total = float(np.sum(p))
-        # sums of a whole column may lose digits: the centres need not be exact, the step corrects C
-        self.model_centre, self.ground_centre = p @ model / self.total, p @ ground / self.total
+        some = slice(None, None, 1 + len(model) // POINTS_OF_ROUGH_CENTRE)
+        self.model_centre, self.ground_centre = model[some].mean(axis=0), ground[some].mean(axis=0)
 
     def products(self) -> tuple[FloatArray, FloatArray, float]:
-        """sum p x x', sum p x P' (3, 3), sum p |P|^2."""
-        total = np.zeros((6, 6))
-        for part, both in self._centred():
-            total += self._weighted(both, part) @ both.T
-        return total[:3, :3], total[:3, 3:], float(np.trace(total[3:, 3:]))
+        """sum p x x', sum p x P' (3, 3), sum p |P|^2 about the centres, which follow from the same pass.
+
+        A second one where the first was about places so far off that squares lose digits.
+        """
+        for _ in range(2):
+            xx, xP, PP, (*sums, self.total) = self._moments()
+            x, P = np.reshape(sums, (2, 3)) / self.total
+            self.model_centre, self.ground_centre = self.model_centre + x, self.ground_centre + P
+            Wx, WP = self.total * x, self.total * P
+            xx, xP, PP = xx - np.outer(Wx, x), xP - np.outer(Wx, P), PP - float(WP @ P)
+            if Wx @ x < np.trace(xx) and WP @ P < PP:
+                break
+        return xx, xP, PP
+
+    def _moments(self) -> tuple[FloatArray, FloatArray, float, list[float]]:
+        """The same about the places of now; sum p x, sum p P and sum p."""
+        total = np.zeros((8, 7))
+        for part, rows in self._centred():
+            # with the idle last row: a product of a matrix with itself is three times slower in OpenBLAS
+            total += self._weighted(rows, part) @ rows[:7].T
+        x, one, P = slice(0, 3), 3, slice(4, 7)
+        sums = [*total[one, x], *total[one, P], total[one, one]]
+        return total[x, x], total[x, P], float(np.trace(total[P, P])), sums
 
     def corrected(self, state: Similarity, N_r: FloatArray, N_scale: float) -> tuple[Similarity, float]:
         """One step of r, ln H and C from sum p [q]x v, sum p q v, sum p v; v'Pv after it."""
@@ -146,23 +162,22 @@ class _Scene:
     def residual_sums(self, arm: FloatArray) -> tuple[FloatArray, float]:
         """sum p x v' over sum p v' (4, 3) and v'Pv of v = arm x - P."""
         sums, vPv = np.zeros((4, 3)), 0.0
-        for part, both in self._centred():
-            v = arm @ both[:3] - both[3:]
-            both[3] = 1.0
+        for part, rows in self._centred():
+            v = arm @ rows[:3] - rows[4:7]
             pv = self._weighted(v, part)
-            sums += both[:4] @ pv.T
+            sums += rows[:4] @ pv.T
             vPv += float(np.vdot(pv, v))
         return sums, vPv
 
     def _centred(self) -> Iterator[tuple[slice, FloatArray]]:
-        """x and P from their centres (6, m), in a buffer that the next part overwrites."""
-        buffer = np.empty((6, min(POINTS_AT_ONCE, len(self.model))))
+        """x from its centre, 1, P from its centre, 1 (8, m), in a buffer that the next part overwrites."""
+        buffer = np.ones((8, min(POINTS_AT_ONCE, len(self.model))))
         for begin in range(0, len(self.model), POINTS_AT_ONCE):
             part = slice(begin, begin + POINTS_AT_ONCE)
-            both = buffer[:, : len(self.model[part])]
-            np.subtract(self.model[part].T, self.model_centre[:, None], out=both[:3])
-            np.subtract(self.ground[part].T, self.ground_centre[:, None], out=both[3:])
-            yield part, both
+            rows = buffer[:, : len(self.model[part])]
+            np.subtract(self.model[part].T, self.model_centre[:, None], out=rows[:3])
+            np.subtract(self.ground[part].T, self.ground_centre[:, None], out=rows[4:7])
+            yield part, rows
 
     def _weighted(self, vectors: FloatArray, part: slice) -> FloatArray:
         return vectors if self.weights is None else np.asarray(vectors * self.weights[part])
@@ -171,14 +186,14 @@ class _Scene:
 class _CompiledScene(_Scene):
     """The same sums in one loop each."""
 
-    def products(self) -> tuple[FloatArray, FloatArray, float]:
-        from orient.solvers.ground_kernel import similarity_products
+    def _moments(self) -> tuple[FloatArray, FloatArray, float, list[float]]:
+        from orient.solvers.ground_kernel import similarity_moments
 
         x, P, x_C, P_C, p = self._arrays()
-        found = np.asarray(similarity_products(x, P, x_C, P_C, p))
+        found = np.asarray(similarity_moments(x, P, x_C, P_C, p))
         xx = np.empty((3, 3))
         xx[np.triu_indices(3)] = xx.T[np.triu_indices(3)] = found[:6]
-        return xx, found[6:15].reshape(3, 3), float(found[15])
+        return xx, found[6:15].reshape(3, 3), float(found[15]), found[16:].tolist()
 
     def residual_sums(self, arm: FloatArray) -> tuple[FloatArray, float]:
         from orient.solvers.ground_kernel import similarity_sums

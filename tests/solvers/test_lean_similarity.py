@@ -47,6 +47,20 @@ def test_any_attitude(tilt: float, theta: float) -> None:
     assert_same(s.model, noisy(s, 0.01), None)
 
 
+@pytest.mark.parametrize("compiled", [False, True])
+def test_nearly_all_the_weight_far_from_the_mean(compiled: bool) -> None:
+    """Squares about the mean would lose twelve digits of the few points that count."""
+    if compiled:
+        pytest.importorskip("orient.solvers.ground_kernel", reason="numba is not installed: orient[fast]")
+    random = generator("few count")
+    model = random.uniform(-1, 1, (312, 3))
+    model[12:, 0] += 1e6
+    expected = lean_similarity(model[:12], 2.0 * model[:12])
+    found = lean_similarity(model, 2.0 * model, np.repeat([1.0, 1e-22], [12, 300]), compiled=compiled)
+    np.testing.assert_allclose(found.Q_centred, expected.Q_centred, rtol=0, atol=1e-7 * np.max(expected.Q_centred))
+    np.testing.assert_allclose(found.model_centre, expected.model_centre, rtol=0, atol=1e-12)
+
+
 def test_flat_points() -> None:
     s = scene(generator("flat"), "f" * 9, relief=0.0)
     assert_same(s.model, noisy(s, 0.05), None)
