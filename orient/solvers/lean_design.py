@@ -82,6 +82,7 @@ class PhotoDesign(Design):
     def place(self, image: FloatArray, ground: FloatArray, origin: FloatArray, f: float) -> None:
         """Points about the origin and what is measured of them: image (n, 2), ground (n, 3)."""
         np.divide(image.T, f, self.image)
+        np.negative(self.image, self.measured)
         np.subtract(ground.T, origin[:, None], self.points)
 
     def normal_matrix(self, M: FloatArray, is_far: bool) -> FloatArray:
@@ -94,8 +95,7 @@ class PhotoDesign(Design):
     def _linearise(self, M: FloatArray, is_far: bool) -> None:
         self.matrix.dot(M).dot(self.ground, self.camera)
         np.divide(self.numerators, self.denominators, self.quotients)
-        place = np.negative(self.image, self.measured) if is_far else self.computed
-        np.multiply(self.factors, place, self.products)
+        np.multiply(self.factors, self.measured if is_far else self.computed, self.products)
         np.add(self.products, self.constants, self.products)
         if is_far:
             np.add(self.uv, self.image, self.l)
