@@ -5,6 +5,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from orient.door.arrays import are_covariances
 from orient.errors import UsageError
 from orient.pipeline.photo_model import PhotoModel
 
@@ -44,8 +45,8 @@ def covariances_of(values: ArrayLike | None, n: int, what: str) -> Array:
     matrices = _numbers(values, what)
     if matrices.shape not in ((3, 3), (n, 3, 3)):
         raise UsageError(f"{what} has the shape {_shape(values)}, not (3, 3) or ({n}, 3, 3)")
-    if not np.allclose(matrices, np.swapaxes(matrices, -1, -2), rtol=1e-9, atol=0.0):
-        raise UsageError(f"{what} is not symmetric")
+    if not are_covariances(matrices):
+        raise UsageError(f"{what} is not symmetric, or a variance is negative")
     return np.broadcast_to(matrices, (n, 3, 3))
 
 

@@ -6,6 +6,10 @@ from numpy.typing import ArrayLike, NDArray
 from orient.errors import UsageError
 
 Array = NDArray[np.float64]
+LARGEST = 1e60
+"""Fourth powers of it are still numbers."""
+ROUNDING = 1e-9
+"""Of a covariance to the product of its standard deviations."""
 
 
 def array_of(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
@@ -35,5 +39,14 @@ def numbers(name: str, values: ArrayLike) -> Array:
 
 
 def require_finite(name: str, array: Array) -> None:
-    if not np.isfinite(array).all():
-        raise UsageError(f"{name} has numbers that are not finite", "Leave out points without coordinates.")
+    if not (array.min(initial=0.0) > -LARGEST and array.max(initial=0.0) < LARGEST):
+        told = f"{name} has numbers that are not finite or beyond {LARGEST:g}"
+        raise UsageError(told, "Leave out points without coordinates.")
+
+
+def are_covariances(K: Array) -> bool:
+    """(..., k, k) symmetric but for rounding, no negative variance; a factor of them is looked for later."""
+    variances = np.diagonal(K, axis1=-2, axis2=-1)
+    with np.errstate(invalid="ignore"):
+        products = np.sqrt(variances[..., :, None] * variances[..., None, :])
+        return bool(np.all(variances >= 0.0) and np.all(np.abs(K - K.mT) <= ROUNDING * products))

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from orient.door.arrays import array_of, numbers, points_of
+from orient.door.arrays import are_covariances, array_of, numbers, points_of
 from orient.errors import UsageError, require_numba
 from orient.solvers.ground_covariance import covariance_by_orientation
 from orient.solvers.lean_polynomial import LeanPolynomial, lean_polynomial
@@ -13,8 +13,6 @@ Array = NDArray[np.float64]
 LEAST_POINTS = 3
 HIGHEST_DEGREE = 20
 UP = (0.0, 0.0, 1.0)
-ROUNDING = 1e-9
-"""Of a covariance to the product of its standard deviations."""
 
 
 def similarity(
@@ -72,20 +70,12 @@ def ground_covariances(
     P = points_of("ground", ground, 3)
     S, K = array_of("station", station, (3,)), array_of("covariance", covariance, (6, 6))
     n = array_of("up", up, (3,) if numbers("up", up).ndim == 1 else P.shape)
-    if not _is_covariance(K):
+    if not are_covariances(K):
         raise UsageError("covariance is no covariance matrix", "Give a symmetric 6 x 6 matrix, r before S.")
     if not np.all(np.linalg.norm(n, axis=-1) > 0):
         raise UsageError("up has no direction", "Give the vertical, for example (0, 0, 1).")
     require_numba(compiled)
     return covariance_by_orientation(P, S, K, n, plan=plan, compiled=compiled)
-
-
-def _is_covariance(K: Array) -> bool:
-    """Symmetric but for rounding, no negative variance; a factor of it is looked for later."""
-    variances = np.diag(K)
-    if np.any(variances < 0):
-        return False
-    return bool(np.all(np.abs(K - K.T) <= ROUNDING * np.sqrt(np.outer(variances, variances))))
 
 
 def _require_as_many(first: str, a: Array, second: str, b: Array) -> None:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from orient.door.arrays import array_of, numbers, require_finite
+from orient.door.arrays import are_covariances, array_of, numbers, require_finite
 from orient.errors import UsageError, require_numba
 from orient.solvers.batch_iteration import BatchResection
 from orient.solvers.resection_batch import resection_batch
@@ -38,6 +38,8 @@ def resection(
     x, P = _matched(image, ground, "n")
     start = _rotations(rotation, (3, 3)), array_of("station", station, (3,))
     S = None if ground_cofactor is None else array_of("ground_cofactor", ground_cofactor, (len(x), 3, 3))
+    if S is not None and not are_covariances(S):
+        raise UsageError("ground_cofactor has matrices that are no covariances", "Give symmetric 3 x 3 matrices.")
     return lean_resection(x, P, float(_focal_lengths(f_mm, 1)[0]), *start, S)
 
 

@@ -41,6 +41,7 @@ BAD: dict[str, tuple[Callable[[], Any], str]] = {
     "weights shape": (lambda: orient.similarity(S.model, S.ground, np.ones(3)), "weights has the shape"),
     "not finite": (lambda: orient.similarity(S.model * np.nan, S.ground), "model has numbers that are not finite"),
     "no numbers": (lambda: orient.similarity([["a"] * 3] * 9, S.ground), "model is no array of numbers"),
+    "too large": (lambda: orient.similarity(1e160 * S.ground, S.ground), "beyond 1e"),
     "ragged": (lambda: orient.ground_covariances([[1.0], [1.0, 2.0]], [0, 0, 9], np.eye(6)), "ground is no array"),
     "half a degree": (lambda: orient.polynomial(XY, XY, 1.5), "degree 1.5 is not in"),  # type: ignore[arg-type]
     "degree": (lambda: orient.polynomial(XY, XY, 0), "degree 0 is not in"),

@@ -53,6 +53,9 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "a mirror": ({"rotation": np.diag([1.0, 1.0, -1.0])}, "no rotation matrix"),
     "not orthogonal": ({"rotation": 1.2 * np.eye(3)}, "no rotation matrix"),
     "focal length": ({"f_mm": -1.0}, "f_mm is not a positive number"),
+    "too large": ({"ground": S.ground * 1e60}, "beyond 1e\\+60"),
+    "a triangle of cofactors": ({"ground_cofactor": np.tri(3) + np.zeros((12, 1, 1))}, "no covariances"),
+    "negative cofactors": ({"ground_cofactor": -np.eye(3) + np.zeros((12, 1, 1))}, "no covariances"),
     "cofactors": ({"ground_cofactor": np.eye(3)}, "ground_cofactor has the shape"),
 }
 
