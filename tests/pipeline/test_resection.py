@@ -47,6 +47,21 @@ def sigmas(outcome: Outcome) -> Array:
     return np.sqrt(float(found["variance_scale"]) * np.array(diagonal, dtype=float))  # type: ignore[arg-type]
 
 
+def test_an_adjustment_begun_nearby_that_does_not_fit_starts_as_if_nothing_were_near() -> None:
+    inputs, told = inputs_of(photo(), places(8, "begun")), settings("resection")
+    work, _, _ = resection._assignment(inputs, told)
+    chain = resection.chain_of(work.control, inputs, work.frame, work.ground, work.sigma0, told)
+    adjust = resection._task(work, chain).adjust
+    first, some = adjust(range(8), None), [0, 1, 2, 3, 5, 6, 7]
+    assert len(first.found.ends) == 1
+    below = replace(first, found=replace(first.found, station=first.found.station * [1.0, 1.0, -1.0]))
+    fresh, begun, led_astray = adjust(some, None), adjust(some, first), adjust(some, below)
+    assert len(begun.found.starts) == 1 < len(fresh.found.starts)
+    assert len(led_astray.found.starts) == len(fresh.found.starts)
+    assert np.array_equal(led_astray.found.station, fresh.found.station)
+    assert begun.found.station == pytest.approx(fresh.found.station, abs=1e-5)
+
+
 def test_the_true_station_is_found() -> None:
     outcome = oriented(inputs_of(photo(), places(8, "true")))
     assert station_of(outcome) == pytest.approx(true_station(), abs=1e-4)
