@@ -13,10 +13,10 @@ HEAD = """# Performance
 Made by `make bench`; do not edit. All candidates of a row run interleaved in shuffled rounds on the same inputs, one
 BLAS thread: **the ratios are the result, the times are only this machine's**. Rows that compute are in processor time;
 rows that start processes or sync files (commands, rows, files) in time on the wall. Median ratio, quartiles in
-brackets; below 1 orient is faster. *apart*: largest difference of the results, each number relative to the largest of its
-kind; resections are compared in R, S, standard deviations, correlations and v'v. Targets are set in advance, by the limits
-of one machine and the speed of the peers there, not by what was reached; on another processor Python, BLAS and memory are
-not faster or slower alike, and ratios of the same code differ by up to 60 %.
+brackets; below 1 orient is faster. *apart*: largest difference of the results, each number relative to the largest of
+its kind; resections are compared in R, S, standard deviations, correlations and v'v. Targets are set in advance, by the
+limits of one machine and the speed of the peers there, not by what was reached; on another processor Python, BLAS and
+memory are not faster or slower alike, and ratios of the same code differ by up to 60 %.
 
 """
 MANY_PHOTOS = """

@@ -37,7 +37,7 @@ SPREAD = np.concatenate([FACTORS.repeat(2, axis=0), np.tile(U_V, (N_FACTORS, 1))
 SPREAD_OVER = np.concatenate([SPREAD, np.tile(HEAD[2], (len(SPREAD), 1))])
 """And for each line its zs."""
 FEW_POINTS = 64
-"""For fewer numpy is sooner done with lines written out than with spreading one over others."""
+"""Up to so many numpy is sooner done with lines written out than with spreading one over others."""
 ACROSS = np.array([[1.0], [-1.0]])
 """(v, u) to (v, -u)."""
 OPPOSITE = np.array([-1.0, -1.0, 1.0])
@@ -58,7 +58,7 @@ class Design:
 
 
 class PhotoDesign(Design):
-    """Of one photo, in few calls, with `extra` lines below."""
+    """Of one photo, in few calls, with `extra` lines below; the lines of `SPREAD` above, where points are few."""
 
     def __init__(self, n: int, extra: int = 0) -> None:
         n_above = 0 if n > FEW_POINTS else len(SPREAD) - len(HEAD)
