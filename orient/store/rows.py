@@ -17,7 +17,7 @@ from orient.store.stage_tables import EVENT_TABLE, STAGE_TABLES
 from orient.values import Blob, Columns, Scalar
 
 Rows = list[tuple[Scalar, ...]]
-TOGETHER = 64
+TOGETHER = 32
 """Rows of one statement: they are stored in two thirds of the time that so many statements of one row take."""
 
 
