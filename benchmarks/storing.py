@@ -21,7 +21,7 @@ from orient.solvers.lean_resection import lean_resection
 from orient.store import ledger
 from orient.store.digest import content_of, input_digest, rows_digest
 from orient.store.format import Format
-from orient.store.project import NewRun, Project, create_project, open_project
+from orient.store.project import NewRun, create_project, create_project_with, open_project
 from orient.store.runs import RunInfo
 from orient.values import Columns, InputTables, Outcome
 
@@ -100,7 +100,7 @@ def _insert(folder: Path, n: int) -> Task:
 
 def _read(folder: Path) -> Task:
     path = folder / "read.sqlite"
-    create_project(path, lambda project: _append(project, _run(_readings(LARGE))))
+    create_project_with(path, [_run(_readings(LARGE))])
 
     def own() -> object:
         with open_project(path, "read") as project:
@@ -116,14 +116,6 @@ def _read(folder: Path) -> Task:
         return found
 
     return Task(f"read {LARGE} rows with all columns", {"orient": own, "sqlite3": by_hand}, 1.05, 1e-15, clock=WALL)
-
-
-def _append(project: Project, run: NewRun) -> None:
-    project.append(run)
-
-
-def _append_all(project: Project, runs: Sequence[NewRun]) -> None:
-    project.append_all(runs)
 
 
 def _small_photo(folder: Path) -> Iterator[Task]:
@@ -144,7 +136,7 @@ def _small_photo(folder: Path) -> Iterator[Task]:
 
     def file_of_everything() -> None:
         path = name()
-        create_project(path, lambda project: _append_all(project, runs))
+        create_project_with(path, runs)
         path.unlink()
 
     def pipeline() -> None:

@@ -9,7 +9,7 @@ from orient.errors import OrientError, UsageError
 from orient.pipeline.registry import ABOUT_RUNS, BY_NAME, EVIDENCE_TABLES, IMAGE, REMEDY, STAGES, Stage, how_to_get
 from orient.pipeline.setting_values import check_settings
 from orient.store.digest import content_of, input_digest
-from orient.store.project import NewRun, Project, RunInfo, create_project, open_project
+from orient.store.project import NewRun, Project, RunInfo, create_project_with, open_project
 from orient.values import Event, InputTables, Outcome, Settings, Tables
 
 INPUT_STAGE_VERSION = 1
@@ -34,11 +34,7 @@ class Result:
 
 def create(path: Path, inputs: Sequence[InputTables], reason: str) -> None:
     """A new project with version 1 of every input, in one step: the file appears whole or not at all."""
-
-    def fill(project: Project) -> None:
-        project.append_all([_input_run(given, reason) for given in inputs])
-
-    create_project(path, fill)
+    create_project_with(path, [_input_run(given, reason) for given in inputs])
 
 
 def add_input(path: Path, given: InputTables, reason: str, again: bool = False) -> Result:

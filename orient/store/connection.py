@@ -3,7 +3,7 @@
 import os
 import sqlite3
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal
@@ -60,12 +60,27 @@ and at every row. Set before the schema is read: SQLite forgets the schema when 
 
 def open_engine(path: Path, mode: Mode, watch: Watch, immutable: bool = False) -> Engine:
     """An engine whose connections are hardened. The caller holds one connection and disposes the engine."""
-    engine = create_engine(
-        "sqlite://",
-        creator=lambda: hardened(path, mode, watch, immutable),
-        poolclass=NullPool,
-        hide_parameters=True,
-    )
+    return _engine(lambda: hardened(path, mode, watch, immutable))
+
+
+def connect_in_memory(build: Callable[[sqlite3.Connection], None], watch: Watch) -> Connection:
+    """A connection to a database in memory, hardened as any other when `build` has made it."""
+
+    def built() -> sqlite3.Connection:
+        driver = sqlite3.connect(":memory:", isolation_level=None, check_same_thread=False)
+        try:
+            build(driver)
+            _harden(driver, "write", watch)
+        except BaseException:
+            driver.close()
+            raise
+        return driver
+
+    return _engine(built).connect()
+
+
+def _engine(creator: Callable[[], sqlite3.Connection]) -> Engine:
+    engine = create_engine("sqlite://", creator=creator, poolclass=NullPool, hide_parameters=True)
     event.listen(engine, "begin", _begin)
     return engine
 

@@ -4,7 +4,7 @@ import os
 import platform
 import sqlite3
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from functools import cache
 from importlib import metadata
@@ -57,6 +57,13 @@ def _vector_unit() -> str:
 
     found = np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])
     return str(found[-1]) if found else ""
+
+
+def append_all(connection: Connection, new: Sequence[NewRun], form: Format) -> list[RunInfo]:
+    """Store the runs one after the other. Their expected heads are those before the first."""
+    for run in new:
+        check_heads(connection, run.expected_heads)
+    return [same_run(connection, run) or append(connection, run, form) for run in new]
 
 
 def append(connection: Connection, new: NewRun, form: Format) -> RunInfo:

@@ -31,6 +31,8 @@ from orient.store.stage_tables import EVENT_TABLE
 from orient.values import Columns, Event, Row, Scalar
 
 COMMIT_PATIENCE_S = 60.0
+MOST_IN_MEMORY = 10_000
+"""Rows of a new project that is made in memory."""
 
 Result = TypeVar("Result")
 
@@ -190,15 +192,9 @@ class Project:
 
     def append_all(self, new: Sequence[NewRun]) -> list[RunInfo]:
         """Store several runs in one transaction, all or none. Their expected heads are those before the first."""
-
         from orient.store import ledger
 
-        def work(connection: Connection) -> list[RunInfo]:
-            for run in new:
-                ledger.check_heads(connection, run.expected_heads)
-            return [ledger.same_run(connection, run) or ledger.append(connection, run, self._form) for run in new]
-
-        return self._write(work, self._are_stored)
+        return self._write(lambda connection: ledger.append_all(connection, new, self._form), self._are_stored)
 
     def select(self, stage: str, version: int, actor: str, reason: str) -> RunInfo:
         """Make an existing result the current version of its stage."""
@@ -305,14 +301,19 @@ def _check_after_recovery(project: Project) -> None:
     project.warnings.append(f"{project.path} was recovered from an interrupted command; nothing of it is stored.")
 
 
-def create_project(path: str | os.PathLike[str], fill: Callable[[Project], None] | None = None) -> None:
-    """Make a new project file, filled by `fill` before it gets its name. An existing name is never touched."""
+def create_project(
+    path: str | os.PathLike[str], fill: Callable[[Project], object] | None = None, small: Sequence[NewRun] = ()
+) -> None:
+    """Make a new project file, filled by `fill` before it gets its name. An existing name is never touched.
+
+    `small`: first runs, which are stored in memory and written as a whole.
+    """
     form = current_format()
 
     def write(temporary: Path) -> None:
-        from orient.store.template import write_empty_project
+        from orient.store.template import write_project
 
-        write_empty_project(temporary, form)
+        write_project(temporary, form, small)
         if fill is not None:
             with Project(preflight(temporary, form), "write", form, with_checks=False) as project:
                 project.write_alone()
@@ -320,3 +321,18 @@ def create_project(path: str | os.PathLike[str], fill: Callable[[Project], None]
         sync_content(temporary)
 
     make_file(new_name(path), write)
+
+
+def create_project_with(path: str | os.PathLike[str], new: Sequence[NewRun]) -> None:
+    """Make a new project file of these runs, all or none: in memory if they are small, else through the file."""
+    if are_small(new):
+        create_project(path, small=new)
+    else:
+        create_project(path, lambda project: project.append_all(new))
+
+
+def are_small(new: Sequence[NewRun]) -> bool:
+    """Few rows, and no bytes of an image, which are fetched as they are stored."""
+    tables = [table for run in new for table in run.outcome.tables.items()]
+    has_bytes = any(current_format().tables[name].has_bytes for name, _ in tables)
+    return not has_bytes and sum(len(rows) for _, rows in tables) <= MOST_IN_MEMORY

@@ -1,25 +1,35 @@
-"""An empty project as bytes: written as it is, instead of building sixty tables in every new file.
+"""A new project as bytes: an empty one is kept in memory, and the runs of a small one are stored there.
 
-It is built from schema.json, in memory and once in a process. That this is what the migrations build is tested.
+SQLite reads all tables, guards and views anew for each file that it opens, which takes longer than storing the lists of
+a photo. The empty project is built from schema.json; that this is what the migrations build is tested.
 """
 
 import errno
 import os
 import sqlite3
-from functools import cache
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from threading import local
 
+from sqlalchemy import Connection
+
+from orient.store import ledger
+from orient.store.connection import connect_in_memory, driver_of, let_run
 from orient.store.error_map import translated
-from orient.store.format import Format, current_format
+from orient.store.format import Format
+from orient.store.guards import own_names
+from orient.store.runs import NewRun
 from orient.store.watch import Watch
 
 ORDER = ("table", "index", "view", "trigger")
+_KEPT = local()
 
 
-def write_empty_project(path: Path, form: Format) -> None:
-    """Fill an existing empty file with an empty project; the caller syncs it."""
-    with translated(path, Watch()), path.open("r+b") as file:
-        _write(file.fileno(), _empty_project() if form is current_format() else _built(form))
+def write_project(path: Path, form: Format, new: Sequence[NewRun] = ()) -> None:
+    """Fill an existing empty file with a project of these runs; the caller syncs it."""
+    with translated(path, Watch("write")), path.open("r+b") as file, empty_project(form) as connection:
+        _write(file.fileno(), _with_runs(connection, new, form))
 
 
 def _write(descriptor: int, content: bytes) -> None:
@@ -38,23 +48,38 @@ def _as_sqlite_says(error: OSError) -> sqlite3.OperationalError:
     return told
 
 
-@cache
-def _empty_project() -> bytes:
-    return _built(current_format())
+@contextmanager
+def empty_project(form: Format) -> Iterator[Connection]:
+    """The one in memory that this thread keeps, or a new one; after an error it is kept no longer."""
+    form_of_kept, kept = vars(_KEPT).pop("project", (None, None))
+    connection = kept if form_of_kept is form else _built(form)
+    yield connection
+    _KEPT.project = form, connection
 
 
-def _built(form: Format) -> bytes:
-    connection = sqlite3.connect(":memory:", isolation_level=None)
-    try:
-        connection.execute("BEGIN")
+def _with_runs(connection: Connection, new: Sequence[NewRun], form: Format) -> bytes:
+    """The bytes of the project with these runs, which are undone in memory."""
+    with connection.begin() as transaction:
+        ledger.append_all(connection, new, form)
+        content = driver_of(connection).serialize()
+        transaction.rollback()
+    return content
+
+
+def _built(form: Format) -> Connection:
+    def build(driver: sqlite3.Connection) -> None:
+        driver.execute("BEGIN")
         for kind, _, _, sql in sorted(form.objects, key=lambda item: ORDER.index(item[0])):
-            if kind == "trigger" and connection.total_changes == 0:
-                connection.execute("INSERT INTO alembic_version VALUES (?)", (form.head,))
+            if kind == "trigger" and driver.total_changes == 0:
+                driver.execute("INSERT INTO alembic_version VALUES (?)", (form.head,))
             if sql is not None:
-                connection.execute(sql)
-        connection.execute(f"PRAGMA application_id = {form.application_id}")
-        connection.execute(f"PRAGMA user_version = {form.version}")
-        connection.execute("COMMIT")
-        return connection.serialize()
-    finally:
-        connection.close()
+                driver.execute(sql)
+        driver.execute(f"PRAGMA application_id = {form.application_id}")
+        driver.execute(f"PRAGMA user_version = {form.version}")
+        driver.execute("COMMIT")
+
+    watch = Watch()
+    connection = connect_in_memory(build, watch)
+    let_run(connection, watch, own_names(form))
+    watch.phase = "write"
+    return connection
