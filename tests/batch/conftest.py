@@ -36,3 +36,12 @@ def projects_once(folders_once: Path, tmp_path_factory: pytest.TempPathFactory) 
 def projects(projects_once: Path, tmp_path: Path) -> Path:
     """A folder of projects that nobody has run yet."""
     return Path(shutil.copytree(projects_once, tmp_path / "projects"))
+
+
+@pytest.fixture
+def many_projects(projects: Path) -> Path:
+    """Thrice as many, so that some are left when a batch is stopped after the first few on a busy machine too."""
+    for path in sorted(projects.iterdir()):
+        for again in "bc":
+            shutil.copy(path, path.with_stem(f"{path.stem}-{again}"))
+    return projects

@@ -114,9 +114,9 @@ def test_killed_workers(projects: Path, scratch: Path) -> None:
     assert list(scratch.iterdir()) == []
 
 
-def test_killed_coordinator_goes_on(projects: Path, scratch: Path) -> None:
-    names, summary = names_in(projects), projects / "orient-summary.db"
-    child = start("batch", projects, "--workers", "2", env={"TMPDIR": str(scratch)})
+def test_killed_coordinator_goes_on(many_projects: Path, scratch: Path) -> None:
+    names, summary = names_in(many_projects), many_projects / "orient-summary.db"
+    child = start("batch", many_projects, "--workers", "2", env={"TMPDIR": str(scratch)})
     until(lambda: ended(summary) >= 3, child)
     workers = worker_processes(child.pid)
     assert workers
@@ -126,10 +126,10 @@ def test_killed_coordinator_goes_on(projects: Path, scratch: Path) -> None:
     assert alive == [], "workers outlive their coordinator"
     before = ended(summary)
     assert 0 < before < len(names)
-    again = finished("batch", projects, "--workers", "2", env={"TMPDIR": str(scratch)})
+    again = finished("batch", many_projects, "--workers", "2", env={"TMPDIR": str(scratch)})
     assert (again.code, again.err) == (0, "")
     assert f"{before} done before" in again.out
-    assert_each_ended_once(projects, summary, names)
+    assert_each_ended_once(many_projects, summary, names)
     (first, second) = rows(summary, "SELECT * FROM orient_batch ORDER BY batch_id")
     assert (first["state"], first["ended_at"], second["state"], second["n_done_before"]) == (
         "running", None, "finished", before
@@ -138,10 +138,10 @@ def test_killed_coordinator_goes_on(projects: Path, scratch: Path) -> None:
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)], ids=["Ctrl-C", "SIGTERM"])
-def test_stopped(number: int, code: int, projects: Path, scratch: Path) -> None:
+def test_stopped(number: int, code: int, many_projects: Path, scratch: Path) -> None:
     """As a terminal does it: the signal goes to the whole group of processes."""
-    names, summary = names_in(projects), projects / "orient-summary.db"
-    child = start("batch", projects, "--workers", "2", env={"TMPDIR": str(scratch)}, start_new_session=True)
+    names, summary = names_in(many_projects), many_projects / "orient-summary.db"
+    child = start("batch", many_projects, "--workers", "2", env={"TMPDIR": str(scratch)}, start_new_session=True)
     until(lambda: ended(summary) >= 2, child)
     workers = worker_processes(child.pid)
     if number == signal.SIGINT:
@@ -158,8 +158,8 @@ def test_stopped(number: int, code: int, projects: Path, scratch: Path) -> None:
     assert alive == []
     assert list(scratch.iterdir()) == []
     assert rows(summary, "SELECT state FROM orient_batch") == [{"state": "stopped"}]
-    assert finished("batch", projects, "--workers", "2").code == 0
-    assert_each_ended_once(projects, summary, names)
+    assert finished("batch", many_projects, "--workers", "2").code == 0
+    assert_each_ended_once(many_projects, summary, names)
 
 
 def assert_private(coordinator: int) -> None:
