@@ -26,7 +26,7 @@ class Task:
     for a row that only informs; `numba_target`: that of the compiled candidate. `tolerance`: how far results may be
     from the anchor's, relative to the largest number of each column; None where they cannot be compared. `growth`: the
     row's place in the growth plot, (line, size). `clock`: processor time, which other processes on the machine disturb
-    little; `WALL` where files are synced or processes started.
+    little; `WALL` where files are synced or processes started. `compared`: the arrays of a result that are compared.
     """
 
     name: str
@@ -37,7 +37,7 @@ class Task:
     note: str = ""
     clock: Callable[[], float] = time.process_time
     numba_target: float | None = None
-    compared: Callable[[Any], NDArray[np.float64]] = np.asarray
+    compared: Callable[[Any], Sequence[NDArray[np.float64]]] = lambda result: [np.asarray(result)]
 
     def target_of(self, name: str) -> float | None:
         return {OWN: self.target, NUMBA: self.numba_target}.get(name)
@@ -113,12 +113,15 @@ def _seconds(task: Task, name: str, loops: int) -> float:
 
 
 def _apart(results: Mapping[str, Any], task: Task, anchor: str) -> dict[str, float]:
-    """Largest difference from the anchor, each column in units of its largest number."""
+    """Largest difference from the anchor, each kind of number and each column in units of its largest."""
     if results[anchor] is None or task.tolerance is None:
         return {}
-    base = task.compared(results[anchor])
-    scale = np.maximum(np.abs(base).max(axis=0), 1e-300)
-    return {name: float(np.max(np.abs(task.compared(found) - base) / scale)) for name, found in results.items()}
+    kinds = {name: task.compared(found) for name, found in results.items()}
+    return {name: max(map(_difference, found, kinds[anchor])) for name, found in kinds.items()}
+
+
+def _difference(found: NDArray[np.float64], base: NDArray[np.float64]) -> float:
+    return float(np.max(np.abs(found - base) / np.maximum(np.abs(base).max(axis=0), 1e-300)))
 
 
 def exponent(sizes: Sequence[int], seconds: Sequence[float]) -> float:

@@ -30,14 +30,14 @@ def with_covariance(R_cv: Array, t: Array, scaled: Array, pixels: Array) -> Orie
     X, Y, Z = (scaled @ R_cv.T + t).T
     f = F_MM * PIXELS
     u, v, w = X / Z, Y / Z, 1.0 / Z
-    J = np.zeros((2, len(u), 6))
-    J[0, :, 0], J[0, :, 1], J[0, :, 2], J[0, :, 3], J[0, :, 5] = -u * v, 1 + u * u, -v, w, -u * w
-    J[1, :, 0], J[1, :, 1], J[1, :, 2], J[1, :, 4], J[1, :, 5] = -1 - v * v, u * v, u, w, -v * w
-    J = J.reshape(-1, 6) * f
+    J = np.zeros((6, 2, len(u)))
+    J[0, 0], J[1, 0], J[2, 0], J[3, 0], J[5, 0] = -u * v, 1 + u * u, -v, w, -u * w
+    J[0, 1], J[1, 1], J[2, 1], J[4, 1], J[5, 1] = -1 - v * v, u * v, u, w, -v * w
+    J = J.reshape(6, -1) * f
     dx, dy = pixels[:, 0] - f * u, pixels[:, 1] - f * v
     to_ground = np.zeros((6, 6))  # r -> -R' r, dS = -R' dt
     to_ground[:3, :3], to_ground[3:, 3:] = R_cv.T, HEIGHT_M * R_cv.T
-    covariance = to_ground @ np.linalg.inv(J.T @ J) @ to_ground.T
+    covariance = to_ground @ np.linalg.inv(J @ J.T) @ to_ground.T
     return Orientation((FLIP @ R_cv).T, -HEIGHT_M * (t @ R_cv), covariance, float(dx @ dx + dy @ dy) * SIGMA_MM**2)
 
 

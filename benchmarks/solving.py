@@ -36,13 +36,13 @@ def _orientation(found: LeanResection | BatchResection | Resection) -> Orientati
     return Orientation(found.rotation, found.station, SIGMA_MM**2 * found.Q, found.vPv)
 
 
-def _numbers(found: Orientation) -> Array:
-    """A row of R, S, standard deviations, correlations and v'v for each photo."""
+def _numbers(found: Orientation) -> list[Array]:
+    """R, S, standard deviations of r and S, correlations, v'v."""
     covariance = found.covariance.reshape(-1, 6, 6)
     sigmas = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
     correlations = covariance / sigmas[:, :, None] / sigmas[:, None]
-    parts = (found.rotation, found.station, sigmas, correlations, np.asarray(found.vv))
-    return np.hstack([part.reshape(len(sigmas), -1) for part in parts])
+    kinds = (found.rotation, found.station, sigmas[:, :3], sigmas[:, 3:], correlations, found.vv)
+    return [np.ravel(kind) for kind in kinds]
 
 
 def _single(n: int) -> Task:

@@ -47,6 +47,6 @@ def require_finite(name: str, array: Array) -> None:
 def are_covariances(K: Array) -> bool:
     """(..., k, k) symmetric but for rounding, no negative variance; a factor of them is looked for later."""
     variances = np.diagonal(K, axis1=-2, axis2=-1)
-    with np.errstate(invalid="ignore"):
-        products = np.sqrt(variances[..., :, None] * variances[..., None, :])
-        return bool(np.all(variances >= 0.0) and np.all(np.abs(K - K.mT) <= ROUNDING * products))
+    sigmas = np.sqrt(np.maximum(variances, 0.0))
+    products = sigmas[..., :, None] * sigmas[..., None, :]
+    return bool(np.all(variances >= 0.0) and np.all(np.abs(K - K.mT) <= ROUNDING * products))

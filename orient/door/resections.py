@@ -97,6 +97,7 @@ def _rotations(values: ArrayLike, shape: tuple[int, ...]) -> Array:
 
 def _focal_lengths(f_mm: ArrayLike, p: int) -> Array:
     f = numbers("f_mm", f_mm)
-    if f.shape not in ((), (p,)) or not np.all((f > 0) & np.isfinite(f)):
+    require_finite("f_mm", f)
+    if f.shape not in ((), (p,)) or not np.all(f > 0):
         raise UsageError("f_mm is not a positive number", f"Give one focal length [mm], or {p}.")
     return np.broadcast_to(f, (p,))

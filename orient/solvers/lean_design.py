@@ -14,6 +14,8 @@ Then come the lines w, -u, v, 1 times (u, v), and what is constant:
                             r1     v u    v v       0      1
                             l       u      v       x/f    y/f
 
+For few points the lines above the first nine hold, for each of these eight, its factor and the u or v beside it.
+
 Far from the solution (-x/f, -y/f) as measured takes the place of this (u, v), but not in l: these are the equations
 x zs + f xs = 0 with the weight 1/zs, which are linear in t.
 """

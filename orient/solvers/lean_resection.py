@@ -161,7 +161,7 @@ def _is_regular(N: FloatArray, U: FloatArray) -> bool:
 
 
 class _Photo:
-    """Of few points without errors."""
+    """Of points without errors that fit one buffer."""
 
     is_control_sure = True
 
@@ -213,7 +213,7 @@ class _Photo:
 
 
 class _LongPhoto(_Photo):
-    """Of many points without errors: some thousand at a time in one buffer."""
+    """Of more points without errors: part by part in one buffer."""
 
     def _prepare(self) -> None:
         n, m = len(self.image), POINTS_AT_ONCE
@@ -235,13 +235,13 @@ class _LongPhoto(_Photo):
 
 
 class _WeightedPhoto(_Photo):
-    """Of points with errors: a buffer for some thousand each, because they come back to their rows."""
+    """Of points with errors: a buffer for each part, because the points come back to their rows."""
 
     def __init__(
         self, image: FloatArray, ground: FloatArray, f: float, station: FloatArray, cofactor: FloatArray
     ) -> None:
         self.cofactor = np.ascontiguousarray(cofactor.transpose(1, 2, 0)) * f**2
-        super().__init__(image, ground, f, station)
+        super().__init__(image, ground, f, station)  # which prepares with the cofactors
         self.is_control_sure = bool(self.cofactor.max() < (UNSURE * self.distance) ** 2)
 
     def _prepare(self) -> None:

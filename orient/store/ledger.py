@@ -60,7 +60,7 @@ def _vector_unit() -> str:
 
 
 def append_all(connection: Connection, new: Sequence[NewRun], form: Format) -> list[RunInfo]:
-    """Store the runs one after the other. Their expected heads are those before the first."""
+    """Store the runs, all of them expecting the heads of now."""
     for run in new:
         check_heads(connection, run.expected_heads)
     return [same_run(connection, run) or append(connection, run, form) for run in new]

@@ -301,13 +301,13 @@ def _check_after_recovery(project: Project) -> None:
     project.warnings.append(f"{project.path} was recovered from an interrupted command; nothing of it is stored.")
 
 
-def create_project(
-    path: str | os.PathLike[str], fill: Callable[[Project], object] | None = None, small: Sequence[NewRun] = ()
-) -> None:
-    """Make a new project file, filled by `fill` before it gets its name. An existing name is never touched.
+def create_project(path: str | os.PathLike[str], fill: Callable[[Project], object] | None = None) -> None:
+    """Make a new project file, filled by `fill` before it gets its name. An existing name is never touched."""
+    _create(path, (), fill)
 
-    `small`: first runs, which are stored in memory and written as a whole.
-    """
+
+def _create(path: str | os.PathLike[str], small: Sequence[NewRun], fill: Callable[[Project], object] | None) -> None:
+    """`small`: runs that are stored in memory and written as a whole."""
     form = current_format()
 
     def write(temporary: Path) -> None:
@@ -326,13 +326,14 @@ def create_project(
 def create_project_with(path: str | os.PathLike[str], new: Sequence[NewRun]) -> None:
     """Make a new project file of these runs, all or none: in memory if they are small, else through the file."""
     if are_small(new):
-        create_project(path, small=new)
+        _create(path, new, None)
     else:
-        create_project(path, lambda project: project.append_all(new))
+        _create(path, (), lambda project: project.append_all(new))
 
 
 def are_small(new: Sequence[NewRun]) -> bool:
-    """Few rows, and no bytes of an image, which are fetched as they are stored."""
-    tables = [table for run in new for table in run.outcome.tables.items()]
-    has_bytes = any(current_format().tables[name].has_bytes for name, _ in tables)
-    return not has_bytes and sum(len(rows) for _, rows in tables) <= MOST_IN_MEMORY
+    """Few rows and events, and no bytes of an image, which are fetched as they are stored."""
+    shapes, outcomes = current_format().tables, [run.outcome for run in new]
+    names = {name for outcome in outcomes for name in outcome.tables}
+    n_rows = sum(len(rows) for outcome in outcomes for rows in (*outcome.tables.values(), outcome.events))
+    return n_rows <= MOST_IN_MEMORY and not any(shapes[name].has_bytes for name in names & shapes.keys())

@@ -285,6 +285,29 @@ def test_control_without_heights_is_never_taken_as_given() -> None:
     assert in_sigmas(found.station - true.station, found.Q[3:, 3:]) < 30.0  # of readings; control has five of them
 
 
+@pytest.mark.parametrize("n", [12, 2100])
+@pytest.mark.parametrize("weighted", [False, True], ids=["fixed", "weighted"])
+def test_a_point_behind_the_camera_is_no_result(weighted: bool, n: int) -> None:
+    """It lies on its ray, so everything fits."""
+    one = photo(n, 3)
+    S = np.tile(POINT_COVARIANCE / SIGMA_MM**2, (n, 1, 1)) if weighted else None
+    found = lean_resection(one.image, one.ground, F_MM, one.R0, one.S0, S)
+    assert found.converged
+    behind = one.ground.copy()
+    behind[5] = found.station - 0.01 * (behind[5] - found.station)
+    assert not lean_resection(one.image, behind, F_MM, found.rotation, found.station, S).converged
+
+
+def test_points_come_to_rest_before_the_end() -> None:
+    """From the optimum itself the elements rest at once, but the points are still where they were given."""
+    one = photo(12, 6)
+    S, given = np.tile(np.eye(3) / SIGMA_MM**2, (12, 1, 1)), one.ground + (one.given - one.ground) / 20.0  # 1 m
+    found = lean_resection(one.image, given, F_MM, one.R0, one.S0, S)
+    again = lean_resection(one.image, given, F_MM, found.rotation, found.station, S, may_be_far=False)
+    sigmas = np.sqrt(np.diag(found.Q))
+    assert np.abs((again.Q - found.Q) / np.outer(sigmas, sigmas)).max() < 1e-9
+
+
 @pytest.mark.parametrize("way", WAYS)
 def test_too_few_iterations_are_told(way: str) -> None:
     one = photo(12, 1)

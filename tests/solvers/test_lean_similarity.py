@@ -6,7 +6,7 @@ import pytest
 from orient.errors import GeometryError
 from orient.geometry.rotation import rotation_exp
 from orient.solvers.absolute_orientation import orient_model
-from orient.solvers.lean_similarity import POINTS_AT_ONCE, lean_similarity
+from orient.solvers.lean_similarity import POINTS_AT_ONCE, _Scene, lean_similarity
 from tests.solvers.absolute_scenes import FloatArray, Scene, generator, scene
 
 SIZES = {"three points": 3, "a few": 8, "more than one part": POINTS_AT_ONCE + 100}
@@ -47,9 +47,20 @@ def test_any_attitude(tilt: float, theta: float) -> None:
     assert_same(s.model, noisy(s, 0.01), None)
 
 
+@pytest.mark.parametrize("which", ["model", "ground", "both"])
+def test_products_of_points_far_from_the_mean(which: str) -> None:
+    """Squares about the mean would lose twelve digits of the few points that count."""
+    random, weights = generator("products"), np.repeat([1.0, 1e-22], [12, 300])
+    model, ground = random.uniform(-1, 1, (2, 312, 3))
+    expected = _Scene(model[:12], ground[:12], None).products()
+    model[12:] += 1e6 * (which != "ground")
+    ground[12:] += 1e6 * (which != "model")
+    for found, right in zip(_Scene(model, ground, weights).products(), expected, strict=True):
+        np.testing.assert_allclose(found, right, rtol=0, atol=1e-6)
+
+
 @pytest.mark.parametrize("compiled", [False, True])
 def test_nearly_all_the_weight_far_from_the_mean(compiled: bool) -> None:
-    """Squares about the mean would lose twelve digits of the few points that count."""
     if compiled:
         pytest.importorskip("orient.solvers.ground_kernel", reason="numba is not installed: orient[fast]")
     random = generator("few count")

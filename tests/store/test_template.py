@@ -2,6 +2,7 @@
 
 import sqlite3
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,7 @@ from orient.store.errors import OurFault
 from orient.store.format import current_format
 from orient.store.project import NewRun, are_small, create_project, create_project_with, open_project
 from orient.store.template import empty_project
-from orient.values import Outcome
+from orient.values import Event, Outcome
 from tests.store.made import outcome_of, readings
 
 COUNTERS = (slice(24, 28), slice(92, 100))
@@ -94,8 +95,23 @@ def test_an_error_leaves_nothing_in_memory(tmp_path: Path) -> None:
         create_project_with(tmp_path / "wrong.sqlite", [*lists(), refused])
     assert f"{tmp_path / 'wrong.sqlite'} refused a statement (SQLITE_CONSTRAINT_CHECK" in told.value.message
     create_project_with(tmp_path / "after.sqlite", lists())
+    with pytest.raises(OurFault, match='does not write table "clouds"'):
+        unknown = Outcome({"clouds": [{"seq": 1}]})
+        create_project_with(tmp_path / "wrong.sqlite", [replace(lists()[1], outcome=unknown)])
     assert sorted(path.name for path in tmp_path.iterdir()) == ["after.sqlite", "before.sqlite"]
     assert (tmp_path / "before.sqlite").read_bytes() == (tmp_path / "after.sqlite").read_bytes()
+
+
+def test_one_is_kept_until_an_error() -> None:
+    form = current_format()
+    with empty_project(form) as first:
+        pass
+    with empty_project(form) as second:
+        assert second is first
+    with pytest.raises(ZeroDivisionError), empty_project(form):
+        raise ZeroDivisionError
+    with empty_project(form) as third:
+        assert third is not first
 
 
 def test_each_thread_has_its_own(tmp_path: Path) -> None:
@@ -112,4 +128,5 @@ def test_only_few_rows_are_kept_in_memory(monkeypatch: pytest.MonkeyPatch) -> No
     assert are_small([list_of("readings", readings(200))])
     assert not are_small([list_of("readings", readings(201))])
     assert not are_small([list_of("readings", readings(150)), list_of("readings", readings(51))])
+    assert not are_small([list_of("readings", Outcome({}, (Event("info", "told", "", ""),) * 201))])
     assert not are_small([list_of("image", outcome_of("image"))])  # with bytes
