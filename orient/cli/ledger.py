@@ -95,12 +95,9 @@ def select(
     none: the stage or list has no current version from now on, nor has what cannot be computed without it. So a list
     that was added by mistake is taken back.
     """
-    from orient.errors import UsageError
     from orient.pipeline.runner import select_version, withdraw
     from orient.report.runs import show_selected, show_withdrawn
 
-    if not message:
-        raise UsageError("say why this version is selected", 'For example: -m "P7 was read on the wrong house"')
     if version == NONE:
         show_withdrawn(withdraw(project, stage, message))
     else:

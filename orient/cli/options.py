@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from orient.errors import UsageError
+from orient.pipeline.reasons import check_reason
 
 
 def _project_path(name: str) -> Path:
@@ -21,16 +22,10 @@ def valid_text(text: str) -> str:
     return text
 
 
-LONGEST_REASON = 1000
-
-
 def reason_text(text: str) -> str:
-    """A reason that `log` can show: some words, not a book."""
-    if not text.strip():
-        raise UsageError("say why", 'In some words, for example: -m "P7 was read on the wrong house"')
-    if len(text) > LONGEST_REASON:
-        raise UsageError(f"the reason is longer than {LONGEST_REASON} characters", "Say it shorter.")
-    return valid_text(text)
+    """A reason that `log` can show."""
+    check_reason(text)
+    return text
 
 
 ProjectPath = Annotated[

@@ -27,7 +27,7 @@ def command_page() -> str:
     from typer.main import get_command
     from typer.testing import CliRunner
 
-    from orient.cli.main import command_line
+    from orient.cli.command_line import command_line
 
     app = command_line()
     names = list(get_command(app).commands)  # type: ignore[attr-defined]

@@ -116,8 +116,6 @@ class Photo:
         """
         from orient.pipeline.runner import select_version, withdraw
 
-        if not reason.strip():
-            raise UsageError("say why this version is selected", 'For example: reason="P7 was read on the wrong house"')
         if version is None:
             withdraw(self.path, stage, reason)
         else:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from orient.errors import OrientError, UsageError
+from orient.pipeline.reasons import check_reason
 from orient.pipeline.registry import ABOUT_RUNS, BY_NAME, EVIDENCE_TABLES, IMAGE, REMEDY, STAGES, Stage, how_to_get
 from orient.pipeline.setting_values import check_settings
 from orient.store.digest import content_of, input_digest
@@ -34,13 +35,13 @@ class Result:
 
 def create(path: Path, inputs: Sequence[InputTables], reason: str) -> None:
     """A new project with version 1 of every input, in one step: the file appears whole or not at all."""
+    check_reason(reason)
     create_project_with(path, [_input_run(given, reason) for given in inputs])
 
 
 def add_input(path: Path, given: InputTables, reason: str, again: bool = False) -> Result:
     """Append a new version of one input; the same list twice is noticed and not stored again."""
-    if not reason.strip():
-        raise UsageError("say why the list changes", 'For example: -m "P7 was read on the wrong house"')
+    check_reason(reason)
     with open_project(path, "write") as project:
         return append_input(project, given, reason, again)
 
@@ -70,6 +71,7 @@ def run_stage(
 
     Settings that are not named are those of the current version, with `defaults` those of a first version.
     """
+    check_reason(reason)
     with open_project(path, "write") as project:
         stage = BY_NAME[name]
         heads = project.heads()
@@ -87,6 +89,7 @@ def run_stale(
     path: Path, overrides: Settings, reason: str, begin: Callable[[Stage], None], end: Callable[[Result], None]
 ) -> list[Result]:
     """Compute every stage that is missing or stale, in order; a failure stops the stages that need it."""
+    check_reason(reason)
     with open_project(path, "write") as project:
         return run_stale_in(project, overrides, reason, begin, end)
 
@@ -111,6 +114,7 @@ def select_version(path: Path, stage: str, version: int, reason: str) -> RunInfo
     """Make another version of a stage current (undo is a new selection)."""
     if stage in ABOUT_RUNS:
         raise UsageError(f"{stage} is evidence about other runs; none of its versions is current")
+    check_reason(reason)
     with open_project(path, "write") as project:
         return project.select(stage, version, current_user(), reason)
 
@@ -120,6 +124,7 @@ def withdraw(path: Path, name: str, reason: str) -> list[RunInfo]:
 
     The withdrawn ones, in order. All versions stay and can be selected again.
     """
+    check_reason(reason)
     with open_project(path, "write") as project:
         heads = project.heads()
         if name not in heads:

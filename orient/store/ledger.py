@@ -98,6 +98,7 @@ def same_run(connection: Connection, new: NewRun) -> RunInfo | None:
 
 
 def _insert_header(connection: Connection, new: NewRun) -> int:
+    _require_texts(new.actor, new.reason)
     settings = plain_json(dict(new.settings))
     execute(
         connection,
@@ -138,8 +139,15 @@ def _seal(connection: Connection, run_id: int, new: NewRun, count: int, digest: 
     )
 
 
+def _require_texts(*values: object) -> None:
+    """SQLite would make a text of a number, and the record would not have its digest any more."""
+    if not all(isinstance(value, str) for value in values):
+        raise OurFault(f"{values} are not all texts")
+
+
 def select(connection: Connection, stage: str, run_id: int | None, actor: str, reason: str) -> str:
     """Make a run the current version of its stage, or none, by adding a row; the digest of that row."""
+    _require_texts(actor, reason)
     last = scalar(connection, "SELECT coalesce(max(selection_id), 0) FROM main.selection")
     newest = scalar(connection, "SELECT max(run_id) FROM main.stage_run")
     row = (last + 1, stage, run_id, actor, reason, now(), newest)

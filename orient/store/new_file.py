@@ -70,25 +70,21 @@ def temporary_file(folder: Path, mode: int = 0o600) -> Iterator[Path]:
     The lock says that its maker lives. It is closed last: closing a file drops SQLite's own locks on it.
     """
     sweep(folder)
-    path, descriptor = _made(folder, mode)
-    try:
-        yield path
-    finally:
-        with suppress(OSError):  # a disk that fails keeps it; the next command sweeps it away
-            _remove(path)
-        os.close(descriptor)
-
-
-def _made(folder: Path, mode: int) -> tuple[Path, int]:
-    """A locked file; one that another command swept away before it was locked is made again."""
-    while True:
-        path = folder / f"{PREFIX}{secrets.token_hex(8)}{SUFFIX}"
-        descriptor = _created(path, mode)
-        with suppress(OSError):
-            _lock(descriptor, patiently=True)
-        if os.fstat(descriptor).st_nlink:
-            return path, descriptor
-        os.close(descriptor)
+    is_done = False
+    while not is_done:
+        path, descriptor = folder / f"{PREFIX}{secrets.token_hex(8)}{SUFFIX}", None
+        try:  # before the file is there: a stop can arrive at once
+            descriptor = _created(path, mode)
+            with suppress(OSError):
+                _lock(descriptor, patiently=True)
+            if os.fstat(descriptor).st_nlink:  # else another command swept it away before it was locked
+                yield path
+                is_done = True
+        finally:
+            with suppress(OSError):  # a disk that fails keeps it; the next command sweeps it away
+                _remove(path)
+            if descriptor is not None:
+                os.close(descriptor)
 
 
 def _created(path: Path, mode: int) -> int:
@@ -149,11 +145,14 @@ def give_name(temporary: Path, target: Path, replace: bool = False) -> None:
 
 def _replace_reservation(temporary: Path, target: Path) -> None:
     """Where there are no hard links: reserve the name, then replace the reservation."""
-    os.close(os.open(target, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
     try:
+        os.close(os.open(target, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
         temporary.replace(target)
-    except OSError:
-        target.unlink()
+    except FileExistsError:
+        raise
+    except BaseException:  # a stop too
+        if temporary.exists() and target.exists() and not target.stat().st_size:
+            target.unlink()
         raise
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from orient.cli import main
+from orient.cli.command_line import command_line
 from orient.cli.ending import exit_code
 
 ROOT = Path(__file__).parents[2]
@@ -33,7 +33,7 @@ def orient(*words: object) -> Said:
     """The command through the same door as the program's, without a new process."""
     out, err = (io.TextIOWrapper(io.BytesIO(), "utf-8", newline="") for _ in range(2))
     with redirect_stdout(out), redirect_stderr(err):
-        code = exit_code(lambda: main.command_line()([str(word) for word in words], prog_name="orient"))
+        code = exit_code(lambda: command_line()([str(word) for word in words], prog_name="orient"))
     return Said(code, _text(out), _text(err))
 
 

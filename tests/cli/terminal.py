@@ -12,7 +12,7 @@ import termios
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
-from orient.cli import main
+from orient.cli.command_line import command_line
 from orient.cli.ending import exit_code
 from tests.cli.commands import ENTRY, ROOT
 
@@ -59,7 +59,7 @@ def on_screen(*words: object) -> tuple[int, str]:
     out = Screen(io.BytesIO(), "utf-8", newline="")
     err = io.StringIO()
     with redirect_stdout(out), redirect_stderr(err):
-        code = exit_code(lambda: main.command_line()([str(word) for word in words], prog_name="orient"))
+        code = exit_code(lambda: command_line()([str(word) for word in words], prog_name="orient"))
     out.flush()
     return code, plain(out.buffer.getvalue().decode("utf-8"))  # type: ignore[attr-defined]
 

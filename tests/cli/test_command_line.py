@@ -149,7 +149,7 @@ def test_what_a_command_does_not_import(case: str, aerial: Path) -> None:
     line, modules = IMPORTS[case]
     words = [str(aerial) if word == PROJECT else word for word in line.split()]
     code = (
-        "import sys\nfrom orient.cli.ending import exit_code\nfrom orient.cli.main import command_line\n"
+        "import sys\nfrom orient.cli.ending import exit_code\nfrom orient.cli.command_line import command_line\n"
         f"code = exit_code(lambda: command_line()({words!r}))\n"
         f"print('LOADED', *(name for name in {modules.split()!r} if name in sys.modules))\nsys.exit(code)"
     )

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from orient.cli.main import command_line
+from orient.cli.command_line import command_line
 from orient.pipeline.registry import ALL_STAGES, STAGES
 from orient.store.project import open_project
 from tests.cli.commands import AERIAL, orient

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from orient.cli.main import GROUPS, command_line
+from orient.cli.command_line import GROUPS, command_line
 
 ROOT = Path(__file__).parents[2]
 SAMPLE = ROOT / "sample_projects" / "calgary-28"

@@ -293,7 +293,7 @@ def test_without_a_library_it_is_said_what_to_install(
 
 def test_the_command_loads_nothing_before_it_is_needed() -> None:
     code = (
-        "import sys, orient.cli.report, orient.cli.main;"
+        "import sys, orient.cli.report, orient.cli.command_line;"
         "print(sorted({'numpy', 'jinja2', 'babel', 'matplotlib', 'weasyprint', 'sqlalchemy'} & set(sys.modules)))"
     )
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"

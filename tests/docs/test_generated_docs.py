@@ -20,7 +20,7 @@ DEADLINE_S = 120
 def command_names() -> list[str]:
     from typer.main import get_command
 
-    from orient.cli.main import command_line
+    from orient.cli.command_line import command_line
 
     return list(get_command(command_line()).commands)  # type: ignore[attr-defined]
 

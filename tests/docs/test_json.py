@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from orient.cli.main import command_line
+from orient.cli.command_line import command_line
 from tests.cli.commands import ROOT, SAMPLES, orient
 
 PAGE = (ROOT / "docs" / "json.md").read_text("utf-8")

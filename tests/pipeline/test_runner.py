@@ -1,6 +1,7 @@
 """The runner: what is fresh, what is read, what sticks."""
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from orient.errors import OrientError, UsageError
 from orient.intake.options import ReadOptions
 from orient.intake.project_folder import read_project
 from orient.pipeline.registry import BY_NAME, STAGES
-from orient.pipeline.runner import Result, add_input, create, run_stage, run_stale
+from orient.pipeline.runner import Result, add_input, create, run_stage, run_stale, select_version, withdraw
 from orient.store.digest import input_digest
 from orient.store.project import NewRun, RunInfo, open_project
 from orient.values import InputTables
@@ -53,6 +54,30 @@ def without_sheet(tmp_path: Path) -> Path:
     path = tmp_path / "photo.sqlite"
     create(path, [given["photo"], given["readings"], known_control()], "no map yet")
     return path
+
+
+@pytest.mark.parametrize(
+    ("reason", "told"),
+    [(7, "is no text"), (None, "is no text"), (b"x", "is no text"), (" ", "say why"), ("z" * 1001, "longer"),
+     ("\ud800", "not valid text")],
+    ids=["number", "nothing", "bytes", "blank", "a book", "half a letter"],
+)  # fmt: skip
+def test_a_reason_says_why(without_sheet: Path, tmp_path: Path, reason: str, told: str) -> None:
+    before = without_sheet.read_bytes()
+    given, new = inputs(), tmp_path / "new.sqlite"
+    calls: list[Callable[[], object]] = [
+        lambda: create(new, [given["photo"]], reason),
+        lambda: add_input(without_sheet, given["readings"], reason),
+        lambda: run_stage(without_sheet, "refine", {}, reason),
+        lambda: run_stale(without_sheet, {}, reason, lambda stage: None, lambda result: None),
+        lambda: select_version(without_sheet, "photo", 1, reason),
+        lambda: withdraw(without_sheet, "photo", reason),
+    ]
+    for call in calls:
+        with pytest.raises(UsageError, match=told):
+            call()
+    assert not new.exists()
+    assert without_sheet.read_bytes() == before
 
 
 def test_an_optional_input_that_appears_makes_its_readers_stale(without_sheet: Path) -> None:

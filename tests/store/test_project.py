@@ -12,6 +12,7 @@ import pytest
 
 from orient.errors import OrientError, ProjectError, UsageError
 from orient.store import ledger, watch
+from orient.store.check import check_project
 from orient.store.errors import Locked, OurFault, ReadOnly, Stopped, StorageError
 from orient.store.plain import CHUNK
 from orient.store.project import Project, create_project, open_project
@@ -60,6 +61,19 @@ def test_a_failed_creation_leaves_nothing(tmp_path: Path) -> None:
     with pytest.raises(OrientError, match="the input is wrong"):
         create_project(tmp_path / "new.orient", fail)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("reason", [7, True, None, b"a test"])
+def test_a_reason_that_is_no_text_is_not_stored(tmp_path: Path, reason: object) -> None:
+    """SQLite makes a text of a number; the digest of the selection would be that of the number."""
+    path = tmp_path / "new.orient"
+    create_project(path, lambda project: fill(project, ["photo"]))
+    with open_project(path, "write") as project:
+        with pytest.raises(OurFault, match="not all texts"):
+            project.append(replace(new_run(project, "readings"), reason=reason))  # type: ignore[arg-type]
+        with pytest.raises(OurFault, match="not all texts"):
+            project.select("photo", 1, "tester", reason)  # type: ignore[arg-type]
+    assert check_project(path).ok
 
 
 @pytest.mark.parametrize(
