@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from orient.door.arguments import covariances_of, for_each, rows_of, sigmas_of, system_of
+from orient.door.arguments import covariances_of, for_each, sigmas_of, system_of
+from orient.door.arrays import points_of
 from orient.door.of_project import in_mm, reading_covariance, stored_frame, version_of
 from orient.door.orientation import Orientation, orientation_from
 from orient.door.picture import Picture
-from orient.door.places import GroundPlaces, ImagePlaces
+from orient.door.places import NO_GROUND, GroundPlaces, ImagePlaces
 from orient.door.status import Done, Finding, Stage, Status
 from orient.door.table import Table
 from orient.errors import OrientError, UsageError, require_numba
@@ -187,11 +188,14 @@ class Photo:
         """
         model = self._model()
         system = system_of(system, model)
-        values = rows_of(xy, 2, "xy")
+        values = points_of("xy", xy, 2, or_one=True)
         heights = for_each(H, len(values), "H")
-        readings = in_mm(model, values, system)
-        own = reading_covariance(model, sigma, readings, system)
         variances = sigmas_of(sigma_H, len(values), "sigma_H") ** 2
+        sigmas = None if sigma is None else sigmas_of(sigma, len(values), "sigma")
+        if not len(values):
+            return NO_GROUND
+        readings = in_mm(model, values, system)
+        own = reading_covariance(model, sigmas, readings, system)
         found = on_ground(model, readings, heights, own, variances)
         parts = found.covariance
         plan = found.horizon @ parts.total @ found.horizon.transpose(0, 2, 1)
@@ -207,7 +211,7 @@ class Photo:
         """
         model = self._model()
         system = system_of(system, model)
-        ground = rows_of(points, 3, "points")
+        ground = points_of("points", points, 3, or_one=True)
         own = covariances_of(covariances, len(ground), "covariances")
         found = in_image(model, ground, own, as_reading=system != "image")
         if system != "px":
@@ -222,12 +226,12 @@ class Photo:
         """
         require_numba(compiled)
         frame = self._earth()
-        B, L, H = rows_of(geographic, 3, "geographic").T
+        B, L, H = points_of("geographic", geographic, 3, or_one=True).T
         return frame.from_geographic(B * RADIANS_PER_DEGREE, L * RADIANS_PER_DEGREE, H, compiled=compiled)
 
     def geographic_from_ground(self, points: ArrayLike) -> Array:
         """(n, 3) latitude, longitude [deg] and ellipsoidal height [m] of points (n, 3) [m] of T'."""
-        return np.asarray(self._earth().geographic(rows_of(points, 3, "points")) * TO_DEGREES)
+        return np.asarray(self._earth().geographic(points_of("points", points, 3, or_one=True)) * TO_DEGREES)
 
     # ------------------------------------------------------------------------------------------ within
 
