@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from orient.door.arguments import System, sigmas_of
+from orient.door.arguments import System
 from orient.errors import UsageError
 from orient.pipeline.frames import Frame, frame_of
 from orient.pipeline.ground import ground_of
@@ -39,15 +39,14 @@ def in_mm(model: PhotoModel, xy: Array, system: System) -> Array:
     return model.mm_from_pixels(xy) if system == "px" else xy
 
 
-def reading_covariance(model: PhotoModel, sigma: ArrayLike | None, readings: Array, system: System) -> Array:
-    """(n, 2, 2) [mm^2] of the readings; a sigma of corrected coordinates is taken back through the corrections."""
-    n = len(readings)
-    if sigma is None:
-        sigmas = np.full(n, required(model.photo, "sigma_image_mm"))
+def reading_covariance(model: PhotoModel, sigmas: Array | None, readings: Array, system: System) -> Array:
+    """(n, 2, 2) [mm^2] of the readings; sigmas (n,) of corrected coordinates are taken back through the corrections."""
+    if sigmas is None:
+        own = np.full(len(readings), required(model.photo, "sigma_image_mm"))
     else:
-        sigmas = sigmas_of(sigma, n, "sigma") * (abs(model.pixel_step[0]) if system == "px" else 1.0)
-    covariance = np.asarray(sigmas[:, None, None] ** 2 * np.eye(2))
-    if system != "image" or sigma is None:
+        own = sigmas * (abs(model.pixel_step[0]) if system == "px" else 1.0)
+    covariance = np.asarray(own[:, None, None] ** 2 * np.eye(2))
+    if system != "image" or sigmas is None:
         return covariance
     back = np.linalg.inv(model.seen(readings).by_reading)
     return np.asarray(back @ covariance @ back.transpose(0, 2, 1))

@@ -1,17 +1,17 @@
 """`orient.open` and `orient.new`: one project as a `Photo`."""
 
-import os
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from orient.door.arguments import covariances_of, for_each, rows_of, sigmas_of, system_of
+from orient.door.arguments import covariances_of, for_each, sigmas_of, system_of
+from orient.door.arrays import points_of
 from orient.door.of_project import in_mm, reading_covariance, stored_frame, version_of
 from orient.door.orientation import Orientation, orientation_from
+from orient.door.paths import PathLike, path_of
 from orient.door.picture import Picture
-from orient.door.places import GroundPlaces, ImagePlaces
+from orient.door.places import NO_GROUND, GroundPlaces, ImagePlaces
 from orient.door.status import Done, Finding, Stage, Status
 from orient.door.table import Table
 from orient.errors import OrientError, UsageError, require_numba
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from orient.pipeline.runner import Result
 
 Array = NDArray[np.float64]
-PathLike = str | os.PathLike[str]
 TO_DEGREES = np.array([DEGREES_PER_RADIAN, DEGREES_PER_RADIAN, 1.0])
 
 
@@ -43,7 +42,7 @@ class Photo:
     """
 
     def __init__(self, path: PathLike) -> None:
-        self.path = Path(path)
+        self.path = path_of(path, "the project")
         self._read: dict[tuple[int, str], Tables] = {}
         with open_project(self.path):
             pass  # says at once what is wrong with the file
@@ -89,7 +88,8 @@ class Photo:
         else:
             if stage not in BY_NAME:
                 raise UsageError(f'there is no computed stage "{stage}"', f"Stages are {', '.join(BY_NAME)}.")
-            results = [run_stage(self.path, stage, settings, reason, again)]
+            plain = {name: value.item() if isinstance(value, np.generic) else value for name, value in settings.items()}
+            results = [run_stage(self.path, stage, plain, reason, again)]
         for result in results:
             if result.run is not None and result.failed:
                 kept = f"{result.stage}: {result.run.error} (kept as version {result.run.version})"
@@ -105,7 +105,7 @@ class Photo:
         if what not in INPUT_STAGES:
             raise UsageError(f'there is no list "{what}"', f"Lists are {', '.join(INPUT_STAGES)}.")
         given = read_input(
-            what, [Path(file) for file in files], read_options(decimal, encoding), photo_facts(self.path)
+            what, [path_of(file, "a file") for file in files], read_options(decimal, encoding), photo_facts(self.path)
         )
         return _done(add_input(self.path, given, reason))
 
@@ -185,11 +185,14 @@ class Photo:
         """
         model = self._model()
         system = system_of(system, model)
-        values = rows_of(xy, 2, "xy")
+        values = points_of("xy", xy, 2, or_one=True)
         heights = for_each(H, len(values), "H")
-        readings = in_mm(model, values, system)
-        own = reading_covariance(model, sigma, readings, system)
         variances = sigmas_of(sigma_H, len(values), "sigma_H") ** 2
+        sigmas = None if sigma is None else sigmas_of(sigma, len(values), "sigma")
+        if not len(values):
+            return NO_GROUND
+        readings = in_mm(model, values, system)
+        own = reading_covariance(model, sigmas, readings, system)
         found = on_ground(model, readings, heights, own, variances)
         parts = found.covariance
         plan = found.horizon @ parts.total @ found.horizon.transpose(0, 2, 1)
@@ -205,7 +208,7 @@ class Photo:
         """
         model = self._model()
         system = system_of(system, model)
-        ground = rows_of(points, 3, "points")
+        ground = points_of("points", points, 3, or_one=True)
         own = covariances_of(covariances, len(ground), "covariances")
         found = in_image(model, ground, own, as_reading=system != "image")
         if system != "px":
@@ -220,12 +223,12 @@ class Photo:
         """
         require_numba(compiled)
         frame = self._earth()
-        B, L, H = rows_of(geographic, 3, "geographic").T
+        B, L, H = points_of("geographic", geographic, 3, or_one=True).T
         return frame.from_geographic(B * RADIANS_PER_DEGREE, L * RADIANS_PER_DEGREE, H, compiled=compiled)
 
     def geographic_from_ground(self, points: ArrayLike) -> Array:
         """(n, 3) latitude, longitude [deg] and ellipsoidal height [m] of points (n, 3) [m] of T'."""
-        return np.asarray(self._earth().geographic(rows_of(points, 3, "points")) * TO_DEGREES)
+        return np.asarray(self._earth().geographic(points_of("points", points, 3, or_one=True)) * TO_DEGREES)
 
     # ------------------------------------------------------------------------------------------ within
 
@@ -268,8 +271,12 @@ def new(
     from orient.intake.text_file import read_options
     from orient.pipeline.runner import create
 
-    create(Path(path), read_project(Path(folder), read_options(decimal, encoding)), reason)
-    return Photo(path)
+    target, source = path_of(path, "the project"), path_of(folder, "the folder")
+    try:
+        create(target, read_project(source, read_options(decimal, encoding)), reason)
+    except OSError as error:
+        raise UsageError(f"{error.filename} cannot be reached: {error.strerror}", "Give another name.") from None
+    return Photo(target)
 
 
 def _done(result: "Result") -> Done:

@@ -1,10 +1,10 @@
 """A plot of the current results: shown by a notebook, or saved."""
 
-import os
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+from orient.door.paths import PathLike, path_of
 from orient.report.output_file import ending_of, output_path, write_output
 from orient.report.plots import ENDINGS, make_plot
 
@@ -26,9 +26,9 @@ class Picture:
         """The picture as PNG."""
         return make_plot(self.project, self.kind, "png")
 
-    def save(self, path: str | os.PathLike[str], force: bool = False) -> Path:
+    def save(self, path: PathLike, force: bool = False) -> Path:
         """Write FILE.svg or FILE.png; an existing file only with `force`."""
-        name = os.fspath(path)
+        name = str(path_of(path, "the picture"))
         ending = ending_of(name, ENDINGS, "picture")
         target = output_path(name, self.project, force)
         content = self.png if ending == ".png" else self.svg.encode("utf-8")

@@ -39,6 +39,11 @@ class GroundPlaces:
         return error_ellipses(self.plan) * [1.0, 1.0, DEGREES_PER_RADIAN]
 
 
+_NONE = np.empty((0, 3, 3))
+NO_GROUND = GroundPlaces(_NONE[:, 0], _NONE, _NONE, _NONE, _NONE, _NONE[:, :2, :2])
+"""Where no readings meet the ground."""
+
+
 @dataclass(frozen=True, slots=True)
 class ImagePlaces:
     """Where ground points are seen; unpacks into xy and covariances. NaN where a point is not in the photo.

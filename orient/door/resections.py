@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from orient.door.arrays import are_covariances, array_of, numbers, require_finite
+from orient.door.arrays import ON_POINTS, array_of, numbers, require_covariances
 from orient.errors import UsageError, require_numba
 from orient.solvers.batch_iteration import BatchResection
 from orient.solvers.resection_batch import resection_batch
@@ -38,8 +38,8 @@ def resection(
     x, P = _matched(image, ground, "n")
     start = _rotations(rotation, (3, 3)), array_of("station", station, (3,))
     S = None if ground_cofactor is None else array_of("ground_cofactor", ground_cofactor, (len(x), 3, 3))
-    if S is not None and not are_covariances(S):
-        raise UsageError("ground_cofactor has matrices that are no covariances", "Give symmetric 3 x 3 matrices.")
+    if S is not None:
+        require_covariances("ground_cofactor", S)
     return lean_resection(x, P, float(_focal_lengths(f_mm, 1)[0]), *start, S)
 
 
@@ -70,7 +70,7 @@ def resections(
 
 
 def _matched(image: ArrayLike, ground: ArrayLike, points: str) -> tuple[Array, Array]:
-    x, P = numbers("image", image), numbers("ground", ground)
+    x, P = numbers("image", image, ON_POINTS), numbers("ground", ground, ON_POINTS)
     dimensions = points.count(",") + 2
     fits = x.ndim == P.ndim == dimensions and x.shape[:-1] == P.shape[:-1] and (x.shape[-1], P.shape[-1]) == (2, 3)
     if not fits:
@@ -78,8 +78,6 @@ def _matched(image: ArrayLike, ground: ArrayLike, points: str) -> tuple[Array, A
         raise UsageError(told, f"Give image ({points}, 2) and ground ({points}, 3).")
     if x.shape[-2] < LEAST_POINTS:
         raise UsageError(f"{x.shape[-2]} points do not determine a photo", f"Give at least {LEAST_POINTS}.")
-    require_finite("image", x)
-    require_finite("ground", P)
     return x, P
 
 
@@ -97,7 +95,9 @@ def _rotations(values: ArrayLike, shape: tuple[int, ...]) -> Array:
 
 def _focal_lengths(f_mm: ArrayLike, p: int) -> Array:
     f = numbers("f_mm", f_mm)
-    require_finite("f_mm", f)
-    if f.shape not in ((), (p,)) or not np.all(f > 0):
-        raise UsageError("f_mm is not a positive number", f"Give one focal length [mm], or {p}.")
+    wanted = "Give one focal length [mm]" + (f", or one for each of {p} photos." if p != 1 else ".")
+    if f.shape not in ((), (p,)):
+        raise UsageError(f"f_mm has the shape {f.shape}", wanted)
+    if not np.all(f > 0):
+        raise UsageError("f_mm is not positive", wanted)
     return np.broadcast_to(f, (p,))

@@ -1,6 +1,5 @@
 """What each setting of a stage may be, for the command line and for Python alike. Imports no mathematics."""
 
-import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -43,7 +42,7 @@ def check_settings(settings: Settings) -> None:
 def _refusal(name: str, value: Any) -> str:
     """What the value should have been; empty if it is that."""
     if name in WORDS:
-        return "" if value in WORDS[name] else f"one of {', '.join(WORDS[name])}"
+        return "" if isinstance(value, str) and value in WORDS[name] else f"one of {', '.join(WORDS[name])}"
     if name in FLAGS:
         return "" if isinstance(value, bool) else "True or False"
     if name in TEXTS:
@@ -66,7 +65,7 @@ def _whole(low: int, high: int) -> Callable[[Any], bool]:
 def _number(low: float, high: float) -> Callable[[Any], bool]:
     def is_right(value: Any) -> bool:
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
-        return is_number and math.isfinite(value) and low <= value <= high
+        return is_number and low <= value <= high
 
     return is_right
 

@@ -166,6 +166,10 @@ REFUSED = {
     "parameter": (lambda p: p.ask("who-excluded", points="7"), orient.UsageError),
     "sql": (lambda p: p.ask("DELETE FROM stage_run"), orient.UsageError),
     "plot": (lambda p: p.plot("pie"), orient.UsageError),
+    "huge number": (lambda p: p.run("resection", tolerance=10**400), orient.UsageError),
+    "words": (lambda p: p.run("resection", engine=np.array(["qr", "qr"])), orient.UsageError),
+    "no file": (lambda p: p.add("readings", None, reason="x"), orient.UsageError),
+    "no picture": (lambda p: p.plot("residuals").save(None), orient.UsageError),
     "fails": (lambda p: p.run("resection", exclude="100,102,105,200,201,202", exclude_reason="x"), orient.OrientError),
 }
 
@@ -176,6 +180,62 @@ def test_every_error_is_ours(calgary: orient.Photo, case: str) -> None:
     with pytest.raises(kind) as error:
         ask(calgary)
     assert error.value.message
+
+
+NAMES = {
+    "nothing": (None, "is no text"),
+    "number": (3, "is no text"),
+    "bytes": (b"x", "is no text"),
+    "list": (["a"], "is no text"),
+    "surrogate": ("\ud800.sqlite", "has letters that no file can have"),
+    "empty": ("", "is empty"),
+    "zero byte": ("a\0b", "contains a zero byte"),
+}
+
+
+@pytest.mark.parametrize("case", NAMES)
+def test_what_is_no_name_of_a_file_is_one_sentence(tmp_path: Path, case: str) -> None:
+    name, said = NAMES[case]
+    for ask, what in (
+        (lambda: orient.new(name, AERIAL), "project"),
+        (lambda: orient.new(tmp_path / "n.sqlite", name), "folder"),
+        (lambda: orient.open(name), "project"),
+    ):
+        with pytest.raises(orient.UsageError, match=f"the name of the {what} .*{said}"):
+            ask()
+
+
+def test_a_current_folder_that_is_gone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    monkeypatch.chdir(gone)
+    gone.rmdir()
+    for ask in (lambda: orient.new("n.sqlite", AERIAL), lambda: orient.open("n.sqlite")):
+        with pytest.raises(orient.UsageError, match="the current folder is gone"):
+            ask()
+
+
+def test_a_folder_that_cannot_be_reached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As where the folder above may not be searched; who tests as root may search all."""
+
+    def refuse(path: Path) -> bool:
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "is_dir", refuse)
+    with pytest.raises(orient.UsageError, match="cannot be reached: Permission denied"):
+        orient.new(tmp_path / "n.sqlite", tmp_path / "folder")
+
+
+def test_settings_may_be_numbers_of_numpy(calgary: orient.Photo) -> None:
+    settings = {
+        "max_iterations": np.int64(21),
+        "tolerance": np.float64(1e-9),
+        "reject": np.False_,
+        "engine": np.str_("qr"),
+    }
+    done = calgary.run("resection", **settings)[0]
+    assert [done.settings[name] for name in settings] == [21, 1e-9, False, "qr"]
+    assert type(done.settings["max_iterations"]) is int
 
 
 def test_a_replaced_file_is_read_anew(calgary: orient.Photo, space: orient.Photo) -> None:

@@ -166,18 +166,42 @@ def test_geographic_round_trip(space: orient.Photo) -> None:
     np.testing.assert_allclose(back[:, 2], geographic[:, 2], rtol=0, atol=2 * np.spacing(6.4e6))
 
 
+@pytest.mark.parametrize("system", ["px", "comparator", "image"])
+def test_no_readings_meet_the_ground_nowhere(calgary: orient.Photo, system: str) -> None:
+    none = calgary.image_to_ground(np.zeros((0, 2)), 1090.0, sigma=1.0, system=system)
+    assert (none.points.shape, none.covariances.shape, none.plan.shape) == ((0, 3), (0, 3, 3), (0, 2, 2))
+    assert none.ellipses.shape == (0, 3)
+    assert calgary.ground_to_image(none.points, none.covariances, system).xy.shape == (0, 2)
+
+
+@pytest.mark.filterwarnings("error")
+def test_places_far_beyond_the_earth_get_one_sentence(space: orient.Photo) -> None:
+    for ask in (space.geographic_from_ground, space.ground_from_geographic, space.ground_to_image):
+        with pytest.raises(orient.UsageError, match="not finite or beyond 1e"):
+            ask([[1e200, 0.0, 1e300]])
+
+
 BAD = {
-    "shape": (lambda p: p.image_to_ground([[1.0, 2.0, 3.0]], 0.0), "xy has the shape (1, 3), not (n, 2)"),
-    "text": (lambda p: p.image_to_ground([["a", "b"]], 0.0), "xy holds something that is no number"),
-    "nan": (lambda p: p.image_to_ground([[np.nan, 2.0]], 0.0), "xy holds NaN or infinity"),
+    "shape": (lambda p: p.image_to_ground([[1.0, 2.0, 3.0]], 0.0), "xy has the shape (1, 3)"),
+    "text": (lambda p: p.image_to_ground([["a", "b"]], 0.0), "xy holds something that is no real number"),
+    "nan": (lambda p: p.image_to_ground([[np.nan, 2.0]], 0.0), "xy has numbers that are not finite"),
+    "huge": (lambda p: p.image_to_ground([[10**400, 2.0]], 0.0), "xy has numbers that are not finite or beyond"),
+    "large": (lambda p: p.image_to_ground([[1e200, 2.0]], 0.0), "xy has numbers that are not finite or beyond"),
+    "large ground": (lambda p: p.ground_to_image([[1e300, 2.0, 3.0]]), "points has numbers that are not finite or"),
+    "masked": (lambda p: p.image_to_ground(np.ma.masked_less([[1.0, 2.0]], 2.0), 0.0), "xy has masked elements"),
     "heights": (lambda p: p.image_to_ground([[1.0, 2.0]], [1.0, 2.0]), "H has the shape (2,)"),
     "sigma": (lambda p: p.image_to_ground([[1.0, 2.0]], 0.0, sigma=-1.0), "sigma is negative"),
     "system": (lambda p: p.image_to_ground([[1.0, 2.0]], 0.0, system="pixel"), 'there is no system "pixel"'),
     "covariance": (lambda p: p.ground_to_image([[1.0, 2.0, 3.0]], np.eye(2)), "covariances has the shape (2, 2)"),
     "not symmetric": (
         lambda p: p.ground_to_image([[1.0, 2.0, 3.0]], np.arange(9.0).reshape(3, 3)),
-        "covariances is not symmetric",
+        "covariances is no covariance matrix",
     ),
+    "no correlation": (
+        lambda p: p.ground_to_image([[1.0, 2.0, 3.0]] * 2, [np.eye(3), np.eye(3) + 2 * np.eye(3)[::-1]]),
+        "covariances[1] is no covariance matrix",
+    ),
+    "sigma of none": (lambda p: p.image_to_ground(np.zeros((0, 2)), 0.0, sigma=[1.0, 2.0]), "sigma has the shape (2,)"),
     "local": (lambda p: p.geographic_from_ground([[0.0, 0.0, 0.0]]), "the ground of this photo is local"),
     "stale": (lambda p: p.image_to_ground([[1.0, 2.0]], 0.0), "the orientation is out of date (refine, resection"),
 }

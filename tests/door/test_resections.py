@@ -1,5 +1,6 @@
 """Resections of arrays, without a project."""
 
+import re
 from typing import Any
 
 import numpy as np
@@ -45,6 +46,9 @@ def test_no_photos_have_no_orientations() -> None:
     assert len(none.station) == 0
 
 
+IMPOSSIBLE = np.tile(np.eye(3), (12, 1, 1))
+IMPOSSIBLE[7] = [[1.0, 0.9, -0.9], [0.9, 1.0, 0.9], [-0.9, 0.9, 1.0]]
+
 BAD: dict[str, tuple[dict[str, Any], str]] = {
     "shapes": ({"image": IMAGE[:5]}, "image has the shape"),
     "too few": ({"image": IMAGE[:2], "ground": S.ground[:2]}, "2 points do not determine"),
@@ -52,10 +56,20 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "rotation": ({"rotation": TURN[:2]}, "rotation has the shape"),
     "a mirror": ({"rotation": np.diag([1.0, 1.0, -1.0])}, "no rotation matrix"),
     "not orthogonal": ({"rotation": 1.2 * np.eye(3)}, "no rotation matrix"),
-    "focal length": ({"f_mm": -1.0}, "f_mm is not a positive number"),
+    "focal length": ({"f_mm": -1.0}, "f_mm is not positive\nGive one focal length \\[mm\\]\\.$"),
+    "focal lengths": ({"f_mm": [152.0, 152.0]}, "f_mm has the shape \\(2,\\)\nGive one focal length \\[mm\\]\\.$"),
+    "a masked station": ({"station": np.ma.masked_less([1.0, 2.0, 3.0], 2.0)}, "station has masked elements"),
+    "a huge station": ({"station": [10**400, 0, 0]}, "station has numbers that are not finite or beyond 1e\\+60$"),
     "too large": ({"ground": S.ground * 1e60}, "beyond 1e\\+60"),
-    "a triangle of cofactors": ({"ground_cofactor": np.tri(3) + np.zeros((12, 1, 1))}, "no covariances"),
-    "negative cofactors": ({"ground_cofactor": -np.eye(3) + np.zeros((12, 1, 1))}, "no covariances"),
+    "a triangle of cofactors": (
+        {"ground_cofactor": np.tri(3) + np.zeros((12, 1, 1))},
+        "ground_cofactor\\[0\\] is no covariance",
+    ),
+    "negative cofactors": (
+        {"ground_cofactor": -np.eye(3) + np.zeros((12, 1, 1))},
+        "ground_cofactor\\[0\\] is no covariance",
+    ),
+    "one impossible cofactor": ({"ground_cofactor": IMPOSSIBLE}, "ground_cofactor\\[7\\] is no covariance"),
     "cofactors": ({"ground_cofactor": np.eye(3)}, "ground_cofactor has the shape"),
 }
 
@@ -64,8 +78,15 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
 def test_bad_arrays_get_one_sentence(name: str) -> None:
     changed, said = BAD[name]
     given = {"image": IMAGE, "ground": S.ground, "f_mm": S.f_mm, "rotation": S.rotation, "station": S.station}
-    with pytest.raises(orient.UsageError, match=said):
+    with pytest.raises(orient.UsageError) as error:
         orient.resection(**{**given, **changed})
+    assert re.search(said, f"{error.value.message}\n{error.value.hint}".strip())
+
+
+def test_the_focal_lengths_of_many_photos_are_one_or_as_many() -> None:
+    with pytest.raises(orient.UsageError) as error:
+        orient.resections([IMAGE] * 3, [S.ground] * 3, [152.0, 152.0])
+    assert error.value.hint == "Give one focal length [mm], or one for each of 3 photos."
 
 
 @pytest.mark.parametrize("given", [{"rotation": [S.rotation]}, {"station": [S.station]}], ids=["rotation", "station"])
