@@ -2,6 +2,7 @@
 
 from decimal import Decimal
 from numbers import Real
+from typing import TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -38,16 +39,8 @@ def points_of(name: str, values: ArrayLike, width: int | None = None, *, or_one:
 
 def numbers(name: str, values: ArrayLike, hint: str = "") -> Array:
     """An array of any shape; each number is real, finite and below `LARGEST`. The hint: what to do about those not."""
-    if _has_masked(values):
-        raise UsageError(f"{name} has masked elements", "Leave out what is masked.")
-    try:
-        given = np.asarray(values)
-    except (TypeError, ValueError):
-        raise UsageError(f"{name} is no array of numbers", "Give numbers in rows of one length.") from None
-    if not _is_real(given):
-        raise UsageError(f"{name} holds something that is no real number", "Give whole numbers or floats.")
-    array = _as_floats(given)
-    if not (array.min(initial=0.0) > -LARGEST and array.max(initial=0.0) < LARGEST):
+    array = values if _are_floats(values) else _converted(name, values)
+    if not np.vdot(array, array) < LARGEST**2:  # one quick pass; neither NaN nor infinity is below
         raise UsageError(f"{name} has numbers that are not finite or beyond {LARGEST:g}", hint)
     return array
 
@@ -58,6 +51,22 @@ def require_covariances(name: str, matrices: Array) -> None:
     if len(bad):
         which = name if matrices.ndim == 2 else f"{name}[{bad[0]}]"
         raise UsageError(f"{which} is no covariance matrix", "It is symmetric and has no negative eigenvalue.")
+
+
+def _are_floats(values: object) -> TypeGuard[Array]:
+    return type(values) is np.ndarray and values.dtype == np.float64
+
+
+def _converted(name: str, values: ArrayLike) -> Array:
+    if _has_masked(values):
+        raise UsageError(f"{name} has masked elements", "Leave out what is masked.")
+    try:
+        given = np.asarray(values)
+    except (TypeError, ValueError):
+        raise UsageError(f"{name} is no array of numbers", "Give numbers in rows of one length.") from None
+    if not _is_real(given):
+        raise UsageError(f"{name} holds something that is no real number", "Give whole numbers or floats.")
+    return _as_floats(given)
 
 
 def _has_masked(values: object) -> bool:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from orient.solvers.lean_resection import LeanResection
 
 Array = NDArray[np.float64]
-LEAST_POINTS = 3
+LEAST_POINTS, NO_TURN = 3, np.eye(3)
 ROUGHEST, EXACT = 0.1, 1e-14
 """Largest element of R R' - I of a matrix that may be meant as a rotation, and of one that is left as it is."""
 
@@ -84,7 +84,7 @@ def _matched(image: ArrayLike, ground: ArrayLike, points: str) -> tuple[Array, A
 def _rotations(values: ArrayLike, shape: tuple[int, ...]) -> Array:
     """Rough rotations: the nearest ones, because the iteration only turns what it is given."""
     R = array_of("rotation", values, shape)
-    apart = np.abs(R @ R.mT - np.eye(3)).max(initial=0.0)
+    apart = np.abs(R @ R.mT - NO_TURN).max(initial=0.0)
     if apart > ROUGHEST or np.any(np.linalg.det(R) < 0):
         raise UsageError("rotation is no rotation matrix", "Give image axes to right-handed ground axes, det = +1.")
     if apart < EXACT:
