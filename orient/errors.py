@@ -66,14 +66,18 @@ class Problem:
 
 
 class InputError(OrientError):
-    """Input files are refused as a whole; `problems` names everything that is wrong with them."""
+    """Input files are refused as a whole; `problems` names everything that is wrong with them.
+
+    So many files were `unread` from some line on, which one of the problems says: there may be more than these.
+    """
 
     SHOWN = 20
 
-    def __init__(self, problems: Sequence[Problem], exit_code: int = 1) -> None:
+    def __init__(self, problems: Sequence[Problem], exit_code: int = 1, unread: int = 0) -> None:
         shown = [str(problem) for problem in problems[: self.SHOWN]]
         if len(problems) > self.SHOWN:
-            shown.append(f"... and {len(problems) - self.SHOWN} more problems")
+            at_least = "at least " if unread else ""
+            shown.append(f"... and {at_least}{len(problems) - self.SHOWN - unread} more problems")
         super().__init__("\n".join(shown))
         self.problems = tuple(problems)
         self.exit_code = exit_code

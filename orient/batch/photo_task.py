@@ -15,6 +15,7 @@ from orient.pipeline.runner import create, run_stale_in
 from orient.store.errors import ChangedMeanwhile, Stopped
 from orient.store.project import open_project
 from orient.values import Scalar
+from orient.words import typed
 
 OUR_FAULT = 70
 TRIES = 3
@@ -43,7 +44,9 @@ def work_on(item: Item, order: Order) -> Ending:
         ending = Ending(item.path, 1, "not enough memory for this project", "Give fewer points, or more memory.")
     except Exception as error:
         said = f"this is a fault of orient itself: {type(error).__name__}: {error}"
-        ending = Ending(item.path, OUR_FAULT, said, f"Please report it with the output of: orient run {item.path}")
+        ending = Ending(
+            item.path, OUR_FAULT, said, f"Please report it with the output of: orient run {typed(item.path)}"
+        )
     where: dict[str, Scalar] = {"host": socket.gethostname(), "duration_s": time.perf_counter() - begun}
     numbers = {**ending.numbers, **where, "file_stamp": file_stamp(item.path)}
     return replace(ending, numbers=numbers)

@@ -48,10 +48,17 @@ def _nothing(places: Sequence[str], pattern: str) -> str:
     return f"there is no {pattern} in {', '.join(places)}."
 
 
+def _is_folder(place: str) -> bool:
+    try:
+        return Path(place).is_dir()
+    except PermissionError as error:
+        raise UsageError(f"{place} cannot be read: {error.strerror}.", "Check its rights.") from None
+
+
 def _items_of(place: str, pattern: str, recursive: bool) -> Iterator[Item]:
     if place == STANDARD_INPUT:
         yield from _lines(sys.stdin.buffer.read(LONGEST_LIST), Path())
-    elif Path(place).is_dir():
+    elif _is_folder(place):
         yield from _in_folder(place, pattern, recursive)
     elif not os.path.lexists(place):
         names = _matches(place)

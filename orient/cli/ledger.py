@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from orient.cli.completion import stage_names
-from orient.cli.options import AsJson, ProjectPath, Reason
+from orient.cli.options import AsJson, ProjectPath, Reason, project_path
 
 StageName = Annotated[
     str,
@@ -114,7 +114,10 @@ def check(project: ProjectPath) -> None:
 def backup(
     project: ProjectPath,
     target: Annotated[
-        Path | None, typer.Argument(metavar="[COPY]", help="A new name; by default beside the project, with the time.")
+        Path | None,
+        typer.Argument(
+            metavar="[COPY]", parser=project_path, help="A new name; by default beside the project, with the time."
+        ),
     ] = None,
 ) -> None:
     """Copy the project as it is at this moment, also while others work on it, and verify every digest of the copy."""
@@ -124,8 +127,10 @@ def backup(
 
 
 def receive(
-    stranger: Annotated[Path, typer.Argument(metavar="STRANGER", help="A project file that somebody sent.")],
-    target: Annotated[Path, typer.Argument(metavar="COPY", help="A new name for the clean copy.")],
+    stranger: Annotated[
+        Path, typer.Argument(metavar="STRANGER", parser=project_path, help="A project file that somebody sent.")
+    ],
+    target: Annotated[Path, typer.Argument(metavar="COPY", parser=project_path, help="A new name for the clean copy.")],
 ) -> None:
     """Make a clean, verified copy of a project of unknown origin, or say why not. The file sent is never opened."""
     from orient.report.check import show_received

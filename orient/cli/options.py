@@ -1,5 +1,6 @@
 """Arguments that several commands share."""
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -8,11 +9,26 @@ import typer
 from orient.errors import UsageError
 from orient.pipeline.reasons import check_reason
 
+SEPARATORS = tuple(separator for separator in (os.sep, os.altsep) if separator)
 
-def _project_path(name: str) -> Path:
+
+def project_path(name: str) -> Path:
     if not name:
         raise UsageError("the name of the project is empty", "Give the name of a file.")
-    return Path(name)
+    if name.endswith(SEPARATORS):
+        raise UsageError(f"{name} is the name of a folder", "Give the name of a file.")
+    path = Path(name)
+    if not path.is_absolute():
+        _require_current_folder(name)
+    return path
+
+
+def _require_current_folder(name: str) -> None:
+    try:
+        Path.cwd()
+    except OSError as error:
+        told = f"{name}: there is no current folder any more ({error.strerror})"
+        raise UsageError(told, "Go to another folder first: cd FOLDER") from None
 
 
 def valid_text(text: str) -> str:
@@ -29,7 +45,7 @@ def reason_text(text: str) -> str:
 
 
 ProjectPath = Annotated[
-    Path, typer.Argument(metavar="PROJECT", parser=_project_path, help="The project file, one per photo.")
+    Path, typer.Argument(metavar="PROJECT", parser=project_path, help="The project file, one per photo.")
 ]
 Reason = Annotated[
     str,

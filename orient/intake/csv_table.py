@@ -128,7 +128,7 @@ def _records(file: str, lines: Lines, columns: list[str], separator: str, findin
     any_line = False
     for line, text in lines:
         if findings.too_many(file):
-            findings.problem(file, line, "too many problems; the rest of the file was not read")
+            findings.stop(file, line)
             return
         if _is_blank(text):
             continue

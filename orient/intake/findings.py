@@ -28,6 +28,7 @@ class Findings:
         self.problems: list[Problem] = []
         self.events: list[Event] = []
         self._per_file: Counter[str] = Counter()
+        self._unread: set[str] = set()
         self._all_about_paths = True
 
     def problem(self, file: str, line: int, message: str, hint: str = "") -> None:
@@ -48,12 +49,19 @@ class Findings:
         """A file that is wrong in every line is not read to its end: the list of problems stays bounded."""
         return self._per_file[file] >= PROBLEMS_PER_FILE
 
+    def stop(self, file: str, line: int) -> None:
+        """From this line on the file is not looked at."""
+        if file not in self._unread:
+            self._unread.add(file)
+            self.problem(file, line, "too many problems; the rest of the file was not read")
+
     def raise_problems(self) -> None:
         if self.problems:
-            raise InputError(self.problems, exit_code=2 if self._all_about_paths else 1)
+            raise InputError(self.problems, 2 if self._all_about_paths else 1, len(self._unread))
 
     def _add(self, file: str, line: int, message: str, hint: str) -> None:
         if self._per_file[file] >= 2 * PROBLEMS_PER_FILE:
+            self._unread.add(file)
             return
         stop = "." if hint and message[-1:] not in ".?!" else ""
         self.problems.append(Problem(file, line, message + stop, hint))

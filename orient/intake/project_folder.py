@@ -1,5 +1,6 @@
 """A project folder, or the files of one input, as tables: all or nothing, with every problem named."""
 
+import stat
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from orient.intake.photo_facts import UNKNOWN, UNREADABLE, PhotoFacts, facts_of,
 from orient.intake.photo_toml import read_photo
 from orient.intake.readings import Files, read_readings
 from orient.intake.sheet import read_sheets
-from orient.intake.text_file import check_encoding
+from orient.intake.text_file import check_encoding, reason
 from orient.values import InputTables, Row
 
 __all__ = ["FILES_OF_STAGE", "ReadOptions", "read_input", "read_project"]
@@ -114,17 +115,28 @@ def _labelled(files: Sequence[Path]) -> list[tuple[Path, str]]:
 
 def _check_folder(directory: Path, findings: Findings) -> None:
     name = shown(directory.name or str(directory))
-    if directory.is_file():
-        findings.path_problem(name, "is a file", "Give the folder that holds photo.toml")
-    elif not directory.is_dir():
+    try:
+        mode = directory.stat().st_mode
+        if stat.S_ISREG(mode):
+            findings.path_problem(name, "is a file", "Give the folder that holds photo.toml")
+        elif not stat.S_ISDIR(mode):
+            findings.path_problem(name, "no such folder")
+        elif not _is_there(directory / "photo.toml"):
+            findings.path_problem(name, "no photo.toml in this folder", "Give a folder that holds one")
+    except (FileNotFoundError, NotADirectoryError, ValueError):
         findings.path_problem(name, "no such folder")
-    elif not _is_there(directory / "photo.toml"):
-        findings.path_problem(name, "no photo.toml in this folder", "Give a folder that holds one")
+    except OSError as error:
+        findings.path_problem(name, reason(error))
     findings.raise_problems()
 
 
 def _is_there(path: Path) -> bool:
-    return path.exists() or path.is_symlink()
+    """Also a link to nothing; an OSError where the folder may not be searched."""
+    try:
+        path.lstat()
+    except FileNotFoundError:
+        return False
+    return True
 
 
 def _with_events(tables: InputTables, findings: Findings, start: int) -> InputTables:

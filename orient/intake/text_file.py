@@ -114,8 +114,13 @@ def opened(path: Path, file: str, findings: Findings) -> BinaryIO | None:
     except ValueError:
         findings.path_problem(file, "no such file")
     except OSError as error:
-        findings.path_problem(file, REASONS.get(error.errno or 0, os.strerror(error.errno or 0)))
+        findings.path_problem(file, reason(error))
     return None
+
+
+def reason(error: OSError) -> str:
+    """Why a file or a folder cannot be read."""
+    return REASONS.get(error.errno or 0, os.strerror(error.errno or 0))
 
 
 def _state(source: BinaryIO) -> tuple[int, int]:

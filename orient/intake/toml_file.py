@@ -148,6 +148,7 @@ class Section:
         """Names every key that nobody asked for."""
         for key in self.data:
             if self._findings.too_many(self.file):
+                self._findings.stop(self.file, self.line_of(key))
                 return
             if key not in self._asked:
                 self.problem(key, f'unknown key "{shown(key)}"', nearest(key, self._asked))

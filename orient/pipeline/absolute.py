@@ -27,6 +27,7 @@ from orient.solvers.consensus import RobustFailed
 from orient.solvers.engines import Engine
 from orient.units import listed
 from orient.values import Event, Outcome, Row, Settings, Tables
+from orient.words import counted
 
 HEIGHT_TOLERANCE_M = 1e-3
 MAX_HEIGHT_ROUNDS = 10
@@ -166,7 +167,8 @@ def _unused(topocentric: Tables, zones: Sequence[Zone]) -> list[Event]:
     if not alone:
         return []
     told = listed(alone)
-    message = f"{len(alone)} points have ground coordinates but are not in the model, not used: {told}"
+    many = counted(len(alone), "point has ground coordinates but is", "points have ground coordinates but are")
+    message = f"{many} not in the model, not used: {told}"
     return [Event("warning", "not_in_model", told, message, float(len(alone)))]
 
 
@@ -179,7 +181,8 @@ def _disagreements(rows: Sequence[Row]) -> list[Event]:
     if not common:
         return []
     worst = max(common, key=lambda point: common[point])
-    message = f"{len(common)} points lie in more than one zone; they differ by up to {common[worst]:.3g} m ({worst})"
+    many = counted(len(common), "point lies", "points lie")
+    message = f"{many} in more than one zone; the zones differ by up to {common[worst]:.3g} m ({worst})"
     return [Event("info", "zones_differ", worst, message, common[worst])]
 
 
@@ -189,13 +192,13 @@ def _spread(places: Array) -> float:
 
 def _together(summaries: Sequence[str]) -> str:
     told = "; ".join(summaries[:TOLD_ZONES])
-    return told + (f"; and {len(summaries) - TOLD_ZONES} more zones" if len(summaries) > TOLD_ZONES else "")
+    return told + (f"; and {counted(len(summaries) - TOLD_ZONES, 'more zone')}" if len(summaries) > TOLD_ZONES else "")
 
 
 def _summary(zone: Zone, found: AbsoluteOrientation, errors: Errors) -> str:
     head = f"zone {zone.name}: {zone.counts}, t = {found.t:.6g}"
     count = len(zone.excluded)
-    left_out = f", {count} {'point' if count == 1 else 'points'} excluded" if count else ""
+    left_out = f", {counted(count, 'point')} excluded" if count else ""
     if found.sigma0 is None:
         return f"{head}, no redundancy{left_out}"
     return f"{head}, sigma0 {found.sigma0:.3g}{errors.unit_text}, r = {found.redundancy}{left_out}"

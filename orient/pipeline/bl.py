@@ -16,6 +16,7 @@ from orient.pipeline.ground import Ground, ground_of
 from orient.pipeline.tables import Array, columns, covariance_columns, covariances, names, or_none, single
 from orient.units import DEGREES_PER_RADIAN, RADIANS_PER_DEGREE
 from orient.values import Event, Outcome, Row, Settings, Tables
+from orient.words import counted
 
 if TYPE_CHECKING:
     from orient.geodesy.crs import Operation
@@ -65,7 +66,8 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
     events += _unplaced(roles, merged)
     if not merged:
         raise OrientError("no point has coordinates", "Give coordinates in control.csv or digitise points on a sheet.")
-    summary = f"{len(merged)} points, {sum(row['role'] == 'check' for row in merged)} of them check points"
+    checks = sum(row["role"] == "check" for row in merged)
+    summary = f"{counted(len(merged), 'point')}, {checks} of them {'a check point' if checks == 1 else 'check points'}"
     return Outcome({"geographic_point": merged, "crs_operation": operations}, events, summary)  # type: ignore[dict-item]
 
 
@@ -132,7 +134,8 @@ def _passed_through(source: SourcePoints, ground: Ground, roles: Mapping[str, st
 
 
 def _passed_event(source: SourcePoints) -> Event:
-    message = f"{len(source.names)} points are local Cartesian: passed through without a change"
+    many = counted(len(source.names), "point is", "points are")
+    message = f"{many} local Cartesian: passed through without a change"
     return Event("info", "passed_through", source.source, message)
 
 

@@ -47,6 +47,7 @@ from orient.solvers.ground_covariance import (
     ray_at_height_jacobians,
 )
 from orient.values import Columns, Event, Outcome, Row, Settings, Tables
+from orient.words import counted
 
 
 @dataclass(frozen=True, slots=True)
@@ -269,4 +270,4 @@ def _summary(rows: Columns) -> str:
     if not len(rows):
         raise OrientError("no ray meets the height of its point", "The photo looks along the horizon.")
     typical = float(np.median(columns(rows, "ellipse_a_m")))
-    return f"{len(rows)} points, median semi-major axis {typical:.3g} m"
+    return f"{counted(len(rows), 'point')}, median semi-major axis {typical:.3g} m"

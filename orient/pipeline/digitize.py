@@ -15,6 +15,7 @@ from orient.solvers.engines import Engine
 from orient.solvers.polynomial_degree import F_TEST, LEAVE_ONE_OUT, Crosses, Rule, degree_choices
 from orient.solvers.polynomial_fit import SheetFit, Suspect, fit_sheet, predict, suspects
 from orient.values import Event, Outcome, Row, Settings, Tables
+from orient.words import counted
 
 
 @dataclass(frozen=True, slots=True)
@@ -267,4 +268,5 @@ def _accuracy(fit: SheetFit) -> str:
     if fit.sigma0_m is None:
         return "no redundancy"
     north, east = fit.sigma0_m
-    return f"{fit.redundancy + len(fit.coefficients)} crosses, sigma0 {north:.1f} m north, {east:.1f} m east"
+    crosses = counted(fit.redundancy + len(fit.coefficients), "cross", "crosses")
+    return f"{crosses}, sigma0 {north:.1f} m north, {east:.1f} m east"

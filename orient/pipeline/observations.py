@@ -9,6 +9,16 @@ from orient.pipeline.frames import Frame
 from orient.pipeline.tables import Array, columns, names, rows_at
 from orient.units import listed
 from orient.values import Event, Row, Tables
+from orient.words import counted
+
+NO_CONTROL = (
+    "point is measured on the photo but has no ground coordinates, not used",
+    "points are measured on the photo but have no ground coordinates, not used",
+)
+NOT_MEASURED = (
+    "point has ground coordinates but is not measured on the photo, not used",
+    "points have ground coordinates but are not measured on the photo, not used",
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,8 +70,8 @@ def observations(refine: Tables, topocentric: Tables) -> tuple[Observations, lis
     ground = {point: place for place, point in enumerate(names(topocentric["topocentric_point"]))}
     both = [point for point in image if point in ground]
     events = [
-        *_unused(image, ground, "no_control", "are measured on the photo but have no ground coordinates, not used"),
-        *_unused(ground, image, "not_measured", "have ground coordinates but are not measured on the photo, not used"),
+        *_unused(image, ground, "no_control", *NO_CONTROL),
+        *_unused(ground, image, "not_measured", *NOT_MEASURED),
     ]
     rows = rows_at(refine["image_point"], [image[point] for point in both])
     ground_rows = rows_at(topocentric["topocentric_point"], [ground[point] for point in both])
@@ -78,13 +88,13 @@ def observations(refine: Tables, topocentric: Tables) -> tuple[Observations, lis
     return seen, events
 
 
-def _unused(here: Collection[str], there: Collection[str], code: str, message: str) -> list[Event]:
+def _unused(here: Collection[str], there: Collection[str], code: str, one: str, many: str) -> list[Event]:
     """One event for all points that have no partner."""
     alone = [point for point in here if point not in there]
     if not alone:
         return []
     told = listed(alone)
-    return [Event("warning", code, told, f"{len(alone)} points {message}: {told}", float(len(alone)))]
+    return [Event("warning", code, told, f"{counted(len(alone), one, many)}: {told}", float(len(alone)))]
 
 
 def on_their_height(control: Observations, place: Array, adjusted: Array, frame: Frame) -> tuple[Array, Array]:

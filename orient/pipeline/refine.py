@@ -18,6 +18,7 @@ from orient.solvers.cycle_means import CycleMeans, cycle_means
 from orient.solvers.engines import Engine
 from orient.solvers.interior_orientation import InteriorFit, fit_interior
 from orient.values import Event, Outcome, Row, Settings, Tables
+from orient.words import counted
 
 STEP_MM = 1e-3
 MICROMETRES = 1000.0
@@ -280,10 +281,10 @@ def _interior_tables(interior: InteriorFit | None, marks: Sequence[str], of_mark
 
 
 def _summary(rows: Sequence[Row], cycles: CycleMeans, interior: InteriorFit | None) -> str:
-    parts = [f"{len(rows)} points"]
+    parts = [counted(len(rows), "point")]
     if cycles.sigma is not None:
         parts.append(f"one reading {MICROMETRES * cycles.sigma:.1f} um")
     if interior is not None:
         fit = "" if interior.sigma0 is None else f" {MICROMETRES * interior.sigma0:.1f} um"
-        parts.append(f"{len(interior.residuals)} fiducials {interior.transformation}{fit}")
+        parts.append(f"{counted(len(interior.residuals), 'fiducial')} {interior.transformation}{fit}")
     return ", ".join(parts)

@@ -35,6 +35,7 @@ from orient.solvers.resection import Resection, resect
 from orient.solvers.resection_problem import ELEMENTS
 from orient.units import RADIANS_PER_DEGREE
 from orient.values import Event, Outcome, Row, Settings, Tables
+from orient.words import counted
 
 if TYPE_CHECKING:
     from orient.pipeline.calibration import Calibration
@@ -245,7 +246,7 @@ def _require_enough(control: Observations) -> None:
     if len(full) < MINIMUM_POINTS:
         listed = f" ({', '.join(full)})" if full else ""
         raise GeometryError(
-            f"{len(full)} control points with all three coordinates in the photo{listed}; "
+            f"{counted(len(full), 'control point')} with all three coordinates in the photo{listed}; "
             f"at least {MINIMUM_POINTS} are needed (2 values each, 6 unknowns)",
             "Measure more control points, or give the missing coordinates.",
         )
@@ -335,15 +336,15 @@ def _summary(found: Resection, sigma0: float, chosen: Chosen) -> str:
     count, camera = len(chosen.outside), chosen.solved.chain.camera
     names = () if camera is None else camera.names
     estimated = f", {', '.join(names)} estimated" if names else ""
-    left_out = f", {count} {'point' if count == 1 else 'points'} excluded" if count else ""
+    left_out = f", {counted(count, 'point')} excluded" if count else ""
     return _fit_in_words(found, sigma0) + estimated + left_out
 
 
 def _fit_in_words(found: Resection, sigma0: float) -> str:
     if found.redundancy == 0:
-        return f"{len(found.iterations)} iterations, no redundancy"
+        return f"{counted(len(found.iterations), 'iteration')}, no redundancy"
     posteriori = (found.vPv / found.redundancy) ** 0.5
     return (
         f"sigma0 {MICROMETRES * posteriori:.3g} um ({posteriori / sigma0:.2f} of a priori), "
-        f"r = {found.redundancy}, {len(found.iterations)} iterations"
+        f"r = {found.redundancy}, {counted(len(found.iterations), 'iteration')}"
     )

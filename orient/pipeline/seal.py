@@ -5,6 +5,7 @@ manifest evidence of the stage `seal`, which reads the current runs and is never
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from orient.store.digest import input_digest
 from orient.store.format import current_format
 from orient.store.project import NewRun, Project, RunInfo
 from orient.values import InputTables, Outcome, Row, Scalar, Settings
+from orient.words import counted
 
 MANIFEST_VERSION = 1
 Progress = Callable[[int, int], None]
@@ -66,8 +68,9 @@ def _image(path: Path, request: Request) -> InputTables | None:
             raise UsageError("--reference says how an image goes along", "Give it: --image FILE")
         return None
     facts = photo_facts(path)
-    if request.image.exists() and request.image.samefile(path):
-        raise UsageError(f"{request.image} is the project itself", "Give the image of the photo.")
+    with suppress(OSError):  # an image that cannot be found or read is refused below
+        if request.image.samefile(path):
+            raise UsageError(f"{request.image} is the project itself", "Give the image of the photo.")
     return read_image(request.image, not request.reference, facts)
 
 
@@ -112,7 +115,7 @@ def _manifest(copy: Project, name: str, heads: Mapping[str, RunInfo]) -> Outcome
         "last_selection_digest": str(found[0][0]) if found else "",
         **image,
     }
-    summary = f"{len(rows)} runs, {len(heads)} of them current, image {image['image']}"
+    summary = f"{counted(len(rows), 'run')}, {len(heads)} of them current, image {image['image']}"
     return Outcome({"sealed_file": [row], "sealed_run": rows}, summary=summary)
 
 

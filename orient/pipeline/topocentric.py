@@ -16,6 +16,7 @@ from orient.pipeline.ground import Ground, ground_of
 from orient.pipeline.tables import Array, columns, covariance_columns, covariances, number, single
 from orient.units import DEGREES_PER_RADIAN, RADIANS_PER_DEGREE
 from orient.values import Event, Outcome, Row, Settings, Tables
+from orient.words import counted
 
 EXACT = "exact"
 RADII: Mapping[str, Radius] = {EXACT: prime_vertical_radius, "polynomial": prime_vertical_polynomial}
@@ -52,7 +53,7 @@ def compute(inputs: Mapping[str, Tables], settings: Settings) -> Outcome:
         "a_m": ground.figure.a_m,
         "e2": ground.figure.e2,
     }
-    summary = f"{len(rows)} points, gamma {gamma * DEGREES_PER_RADIAN:+.6f} deg"
+    summary = f"{counted(len(rows), 'point')}, gamma {gamma * DEGREES_PER_RADIAN:+.6f} deg"
     events = _partial_events(rows)
     if radius != EXACT:
         events.append(_radius_event(points, in_t - topocentric_from_geographic(*given)))
@@ -79,9 +80,10 @@ def _pass_through(points: Sequence[Row], ground: Ground) -> Outcome:
     rows = _rows(points, known, place, place, up, covariances(points))
     empty = ("B_N_deg", "L_N_deg", "H_N_m", "gamma_deg", "central_meridian_deg", "a_m", "e2")
     frame: dict[str, str | None] = {"kind": f"local_{ground.handedness}", **dict.fromkeys(empty)}
-    said = Event("info", "passed_through", "", f"{len(rows)} local Cartesian points passed through without a change")
+    many = counted(len(rows), "local Cartesian point")
+    said = Event("info", "passed_through", "", f"{many} passed through without a change")
     events = [said, *_partial_events(rows)]
-    summary = f"{len(rows)} points, local Cartesian, passed through"
+    summary = f"{counted(len(rows), 'point')}, local Cartesian, passed through"
     return Outcome({"topocentric_frame": [frame], "topocentric_point": rows}, events, summary)
 
 

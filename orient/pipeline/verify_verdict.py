@@ -9,6 +9,7 @@ from orient.pipeline.verify_compare import LARGEST, Comparison, Difference
 from orient.solvers.resection_simulation import Spread
 from orient.store.project import RunInfo
 from orient.values import Outcome, Row
+from orient.words import counted
 
 KEPT = 100
 """Differences of one run that are kept by name, the largest; `verified_run` counts all."""
@@ -86,7 +87,7 @@ class Verification:
         """The verdict in one line."""
         computed = [verdict for verdict in self.verdicts if verdict.method == "recomputed"]
         n, identical = (sum(getattr(v.found, name) for v in computed) for name in ("n_values", "n_identical"))
-        head = f"{len(computed)} results recomputed, {n} values"
+        head = f"{counted(len(computed), 'result')} recomputed, {counted(n, 'value')}"
         if not self.holds:
             return f"{self._first_fault()} ({self.faults} in all)"
         if not computed:

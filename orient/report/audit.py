@@ -7,6 +7,7 @@ from orient.report.audit_questions import AUDIT_QUESTIONS
 from orient.report.question import Question, filled
 from orient.report.text import cell, console, one_line, print_table, printable
 from orient.values import Scalar
+from orient.words import typed
 
 if TYPE_CHECKING:
     from orient.store.project import Project
@@ -40,7 +41,7 @@ def _print_answer(project: "Project", question: Question, path: Path) -> None:
     numeric = [any(isinstance(row[i], int | float) for row in rows) for i in at]
     print_table([one_line(name) for name in question.brief], shown, numeric)
     if len(rows) > SHOWN:
-        out.print(f"   ... {len(rows)} in all: orient sql {printable(str(path))} {question.name}", soft_wrap=True)
+        out.print(f"   ... {len(rows)} in all: orient sql {printable(typed(path))} {question.name}", soft_wrap=True)
 
 
 def _short(value: Scalar) -> str:

@@ -23,7 +23,7 @@ def show_check(path: Path) -> None:
     faults = [line for line in report.lines if not line.ok]
     if faults:
         worst = f"{path}: {faults[0].name}: {faults[0].detail}"
-        raise ProjectError(worst, "Restore a backup, or make the project anew.")
+        raise ProjectError(worst, faults[0].hint or "Restore a backup, or make the project anew.")
     out.print(f"{printable(str(path))} is sound.")
 
 
@@ -43,7 +43,8 @@ def show_received(stranger: Path, target: Path) -> None:
 
 def _say_copied(copied: Copied, what: str) -> None:
     out = console()
-    out.print(f"{printable(str(copied.path))}: {what}, {copied.runs} runs, every digest verified, {copied.size} bytes")
+    runs = "1 run" if copied.runs == 1 else f"{copied.runs} runs"
+    out.print(f"{printable(str(copied.path))}: {what}, {runs}, every digest verified, {copied.size} bytes")
     out.print(f"sha256 {copied.sha256}")
 
 

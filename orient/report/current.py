@@ -9,6 +9,7 @@ from orient.errors import OrientError, UsageError
 from orient.pipeline.registry import how_to_get
 from orient.report.findings import Finding
 from orient.values import Tables
+from orient.words import typed
 
 if TYPE_CHECKING:
     from orient.store.project import Project, RunInfo
@@ -60,13 +61,13 @@ def fresh_heads(
     missing = [stage for stage in stages if stage not in heads]
     if missing:
         failed = next((stage for stage in missing if last_failure(project.runs(stage))), "")
-        hint = f"It failed: orient show {path} {failed}" if failed else how_to_get(missing, heads, str(path))
+        hint = f"It failed: orient show {typed(path)} {failed}" if failed else how_to_get(missing, heads, typed(path))
         raise UsageError(f"{what} needs {', '.join(missing)}", hint)
     read = [*stages, *(stage for stage in with_ if stage in heads)]
     stale = _stale(project)
     if stale.intersection(read):
         listed = ", ".join(stage for stage in read if stage in stale)
-        raise OrientError(f"the results are out of date ({listed}); {otherwise}", f"Run: orient run {path}")
+        raise OrientError(f"the results are out of date ({listed}); {otherwise}", f"Run: orient run {typed(path)}")
     return {stage: heads[stage] for stage in read}
 
 

@@ -16,6 +16,7 @@ from orient.report.text import cell, console, print_json, print_table, printable
 from orient.solvers.textbook import Group, Step, as_printed, textbook_step
 from orient.store.project import RunInfo, open_project
 from orient.units import DEGREES_PER_RADIAN
+from orient.words import typed
 
 WIDEST = 80
 PLACES = 12
@@ -34,7 +35,7 @@ def explain(path: Path, stage: str, iteration: int, version: int | None, digits:
         run = project.run("resection", version) if version else project.heads().get("resection")
         if run is None:
             failed = last_failure(project.runs("resection"))
-            hint = how_to_get(["resection"], project.heads(), str(path))
+            hint = how_to_get(["resection"], project.heads(), typed(path))
             hint = f"See a failed one: --version {failed.version}" if failed else hint
             raise UsageError("resection has no current version", hint)
         inputs = {role: project.read_tables(run_id) for role, run_id in run.inputs.items()}

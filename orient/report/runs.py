@@ -9,6 +9,7 @@ from orient.pipeline.registry import is_optional
 from orient.report.findings import findings, print_findings
 from orient.report.text import console, printable
 from orient.values import InputTables
+from orient.words import typed
 
 if TYPE_CHECKING:
     from rich.progress import TaskID
@@ -30,7 +31,7 @@ def show_inputs(project: Path, inputs: Sequence[InputTables]) -> None:
     for given in inputs:
         out.print(f"  {given.stage:<12} version 1   {describe(given)}")
         print_findings(findings(given.stage, given.events), INDENT)
-    out.print(f"Next: orient run {printable(str(project))}")
+    out.print(f"Next: orient run {printable(typed(project))}")
 
 
 def show_added(result: "Result") -> None:
@@ -65,7 +66,7 @@ def show_result(result: "Result", project: Path) -> None:
         raise OrientError(f"{result.stage}: {run.error} (kept as version {run.version})", result.hint)
     console().print(line(result))
     print_findings(findings(result.stage, result.events), INDENT)
-    console().print(f"See: orient show {printable(str(project))} {result.stage}")
+    console().print(f"See: orient show {printable(typed(project))} {result.stage}")
 
 
 def line(result: "Result") -> str:
@@ -114,7 +115,7 @@ class Progress:
             error = first.run.error if first.run else ""
             raise OrientError(f"{first.stage}: {error}", first.hint)
         if all(result.run is None for result in results):
-            raise OrientError("nothing can be computed yet", f"See what is missing: orient status {project}")
+            raise OrientError("nothing can be computed yet", f"See what is missing: orient status {typed(project)}")
         waiting = [one for one in results if one.waits_for and not is_optional(one.stage, one.waits_for)]
         if waiting:
             self._out.print(f"Not oriented yet: {waiting[0].stage} waits for {waiting[0].waits_for}.")

@@ -19,6 +19,7 @@ from orient.report.text import cell, console, print_json, print_table, printable
 from orient.report.verify import known_verdicts, verified_line
 from orient.store.project import Project, RunInfo, open_project
 from orient.values import Row, Tables
+from orient.words import typed
 
 SHOWN_ROWS = 25
 NOT_SHOWN = ("equation", "camera_equation", "external_reliability", "cycle_residual", "iteration_parameter")
@@ -55,7 +56,7 @@ def show_stage(path: Path, stage: str, version: int | None, as_json: bool) -> bo
         return run.status == "succeeded"
     _print_head(run, remedy_of(events))
     if stale:
-        console().print(f"  OUT OF DATE: {printable(stale)}; run: orient run {printable(str(path))}", soft_wrap=True)
+        console().print(f"  OUT OF DATE: {printable(stale)}; run: orient run {printable(typed(path))}", soft_wrap=True)
     if verdict is not None:
         console().print(f"  {printable(verified_line(verdict))}", soft_wrap=True)
     print_findings([*later, *findings(run.stage, events)])
@@ -105,12 +106,13 @@ def _last(project: Project, stage: str) -> RunInfo | None:
 def _remedy(stage: str, path: Path, project: Project) -> str:
     if runs := project.runs(stage):
         last = runs[-1].version
-        return f"It was withdrawn. See it: --version {last}; have it back: orient select {path} {stage} {last} -m why"
+        back = f"orient select {typed(path)} {stage} {last} -m why"
+        return f"It was withdrawn. See it: --version {last}; have it back: {back}"
     if stage == EVIDENCE:
-        return f"Run: orient verify {path}"
+        return f"Run: orient verify {typed(path)}"
     if stage in (IMAGE, MANIFEST):
-        return f"Run: orient seal {path} -o SEALED --image FILE"
-    return how_to_get([stage], project.heads(), str(path))
+        return f"Run: orient seal {typed(path)} -o SEALED --image FILE"
+    return how_to_get([stage], project.heads(), typed(path))
 
 
 def _print_head(run: RunInfo, remedy: str) -> None:

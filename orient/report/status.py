@@ -22,6 +22,7 @@ from orient.report.text import cell, console, print_json, print_table, printable
 from orient.report.verify import known_verdicts, status_line
 from orient.store.project import open_project
 from orient.values import Scalar
+from orient.words import typed
 
 if TYPE_CHECKING:
     from orient.store.project import Project
@@ -89,7 +90,7 @@ def show_status(path: Path, as_json: bool) -> None:
     for warning in now.warnings:
         out.print(f"note: {printable(warning)}")
     if any(entry["state"] in ("stale", "to compute") for entry in now.stages):
-        out.print(f"Next: orient run {printable(str(path))}")
+        out.print(f"Next: orient run {printable(typed(path))}")
 
 
 def current_findings(project: "Project") -> list[Finding]:

@@ -10,6 +10,7 @@ from orient.errors import GeometryError
 from orient.geometry import plane
 from orient.solvers.engines import Engine
 from orient.solvers.linear_adjustment import adjust, weakest_unknown
+from orient.words import counted
 
 Vector = NDArray[np.float64]
 
@@ -179,8 +180,9 @@ def _refuse(measured: Vector, calibrated: Vector, transformation: str, labels: S
         raise GeometryError(f"unknown transformation {transformation}", f"Use {', '.join(MARKS_NEEDED)}.")
     needed = MARKS_NEEDED[transformation]
     if len(measured) < needed:
+        marks = counted(len(measured), "fiducial mark is", "fiducial marks are")
         raise GeometryError(
-            f"{len(measured)} fiducial marks are measured; {transformation} needs {needed}",
+            f"{marks} measured; {transformation} needs {needed}",
             "Measure more marks or use a simpler transformation.",
         )
     for places, what in ((measured, "measured"), (calibrated, "calibrated")):

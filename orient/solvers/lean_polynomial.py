@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from orient.errors import GeometryError, UsageError, require_numba
 from orient.geometry import polynomial
 from orient.solvers.polynomial_degree import terms
+from orient.words import counted
 
 FloatArray = NDArray[np.float64]
 
@@ -81,7 +82,8 @@ def lean_polynomial(XY: FloatArray, z: FloatArray, degree: int) -> LeanPolynomia
     """
     m = terms(degree)
     if len(XY) < m:
-        raise GeometryError(f"{len(XY)} points; degree {degree} needs {m}", "Give more points or a lower degree.")
+        points = counted(len(XY), "point")
+        raise GeometryError(f"{points}; degree {degree} needs {m}", "Give more points or a lower degree.")
     uv, centre, scale = _normalised(XY)
     columns = np.array(z.T, dtype=np.float64, order="C")
     origin = columns.mean(axis=1)

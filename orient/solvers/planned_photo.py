@@ -11,6 +11,7 @@ from orient.geometry.rotation import rotation_exp
 from orient.solvers.ground_covariance import ray_at_height
 from orient.solvers.ground_points import ground_knowledge
 from orient.solvers.resection_checks import check_control
+from orient.words import counted
 
 FloatArray = NDArray[np.float64]
 
@@ -70,7 +71,7 @@ def planned_photo(
     """
     if len(image) < POINTS_NEEDED:
         hint = "Plan at least 4, so that errors can be found."
-        raise GeometryError(f"The layout has {len(image)} points, an orientation needs at least 3.", hint)
+        raise GeometryError(f"The layout has {counted(len(image), 'point')}, an orientation needs at least 3.", hint)
     rotation, station = rotation_exp([tilt, 0.0, 0.0]), np.array([0.0, 0.0, height_m])
     heights = np.zeros((len(image), 3))
     heights[:, 2] = 0.0 if relief is None else relief

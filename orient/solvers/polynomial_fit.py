@@ -21,6 +21,7 @@ from orient.solvers.polynomial_degree import (
     term_names,
     terms,
 )
+from orient.words import counted
 
 Vector = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -194,13 +195,15 @@ def _refuse_few(n: int, degree: int | None, title: str) -> None:
     needed = terms(degree) if degree is not None else terms(1) + 1
     if n >= needed:
         return
+    crosses = f"{title}: {counted(n, 'cross', 'crosses')}"
     if degree is None:
         raise GeometryError(
-            f"{title}: {n} crosses; {needed} are needed to fit degree 1 with a check",
+            f"{crosses}; {needed} are needed to fit degree 1 with a check",
             "Measure more crosses" + (", or give degree = 1 to do without a check." if n == 3 else "."),
         )
     raise GeometryError(
-        f"{title}: {n} crosses; degree {degree} needs {needed}", "Measure more crosses or give a lower degree."
+        f"{crosses}; degree {degree} needs {needed}",
+        "Measure more crosses or give a lower degree.",
     )
 
 

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from orient.errors import GeometryError
 from orient.solvers.ground_points import GroundKnowledge
+from orient.words import counted
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -31,9 +32,11 @@ def check_control(
     """
     _check_numbers(image, image_cofactor, known, names)
     _check_known(known, names)
-    if np.count_nonzero(full) < POINTS_NEEDED:
+    n_full = int(np.count_nonzero(full))
+    if n_full < POINTS_NEEDED:
+        many = counted(n_full, "control point has", "control points have")
         raise GeometryError(
-            f"{np.count_nonzero(full)} control points have three known coordinates, a resection needs at least 3.",
+            f"{many} three known coordinates, a resection needs at least 3.",
             "Measure more control points in the photo.",
         )
     full_names = [name for name, is_full in zip(names, full, strict=True) if is_full]
@@ -45,7 +48,7 @@ def check_control(
     unknowns = n_elements + int(known.free_rank.sum())
     if unknowns > equations:
         raise GeometryError(
-            f"The resection lacks {unknowns - equations} equations: {equations} equations for {unknowns} unknowns.",
+            f"The resection lacks {counted(unknowns - equations, 'equation')}: {equations} for {unknowns} unknowns.",
             "Measure more control points in the photo.",
         )
 

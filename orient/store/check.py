@@ -12,11 +12,12 @@ from sqlalchemy import Connection
 from orient.errors import OrientError, ProjectError, UsageError
 from orient.store import images, verify
 from orient.store.error_map import translated
-from orient.store.errors import Corrupt, DiskFull, Locked, OutOfMemory, ReadOnly, Stopped
+from orient.store.errors import Corrupt, DiskFull, Locked, OutOfMemory, ReadOnly, Stopped, Unreadable
 from orient.store.fingerprint import check_pages
 from orient.store.format import Format, current_format
 from orient.store.gate import Gated, pass_gate, recover, require_writable, tidy
 from orient.store.preflight import Preflight, preflight
+from orient.words import counted
 
 OLDEST_SQLITE = (3, 37, 0)
 SAFE_SQLITE = (3, 50, 2)
@@ -26,11 +27,12 @@ SHOWN = 5
 
 @dataclass(frozen=True, slots=True)
 class CheckLine:
-    """One thing that was looked at."""
+    """One thing that was looked at; `hint` says what to do, where something special is to be done."""
 
     name: str
     ok: bool
     detail: str
+    hint: str = ""
 
 
 @dataclass(slots=True)
@@ -43,15 +45,15 @@ class CheckReport:
     def ok(self) -> bool:
         return all(line.ok for line in self.lines)
 
-    def add(self, name: str, ok: bool, detail: str) -> None:
-        self.lines.append(CheckLine(name, ok, detail))
+    def add(self, name: str, ok: bool, detail: str, hint: str = "") -> None:
+        self.lines.append(CheckLine(name, ok, detail, hint))
 
 
 def check_project(path: str | os.PathLike[str], progress: verify.Progress | None = None) -> CheckReport:
     """Check a project from its first byte to its last digest; removes a stale journal if the file can be written.
 
-    A missing file is a `UsageError`; everything else that is wrong is a line of the report. `progress(done, total)`
-    is told the rows whose digests were made.
+    A missing file is a `UsageError`, one that may not be read an `Unreadable`; everything else that is wrong is a line
+    of the report. `progress(done, total)` is told the rows whose digests were made.
     """
     form = current_format()
     report = CheckReport()
@@ -60,10 +62,10 @@ def check_project(path: str | os.PathLike[str], progress: verify.Progress | None
         look = preflight(path, form)
         report.add("file", True, f"an orient project of format {form.version}, {look.size} bytes")
         _check_open_file(report, look, form, progress)
-    except (UsageError, Stopped, Locked, DiskFull, OutOfMemory):
+    except (UsageError, Unreadable, Stopped, Locked, DiskFull, OutOfMemory):
         raise  # they say nothing about the file
     except OrientError as error:
-        report.add("file", False, f"{error.message} {error.hint}".strip())
+        report.add("file", False, error.message, error.hint)
     return report
 
 
@@ -113,7 +115,7 @@ def _check_pages(report: CheckReport, connection: Connection, path: Path) -> Non
 def _check_ledger(report: CheckReport, connection: Connection, form: Format, progress: verify.Progress | None) -> None:
     runs = connection.exec_driver_sql("SELECT count(*) FROM main.stage_run").scalar_one()
     parts: tuple[tuple[str, Callable[[], Iterable[str]], str], ...] = (
-        ("seals", lambda: verify.unsealed_runs(connection), f"{runs} runs, all sealed"),
+        ("seals", lambda: verify.unsealed_runs(connection), f"{counted(runs, 'run')}, all sealed"),
         ("numbers", lambda: verify.broken_sequences(connection), "runs, versions and selections have no gap"),
         ("rows", lambda: verify.strange_rows(connection), "every row belongs to the stage of its run"),
         ("digests", lambda: verify.broken_runs(connection, form, progress), "all inputs and results as sealed"),

@@ -11,6 +11,10 @@ class DiskFull(ProjectError):
     """No space, or the file may not grow further."""
 
 
+class Unreadable(ProjectError):
+    """The system does not let the file be read, which says nothing about what is in it."""
+
+
 class StorageError(ProjectError):
     """The disk reported an error."""
 

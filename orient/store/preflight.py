@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import Literal
 
 from orient.errors import ProjectError, UsageError
-from orient.store.errors import Corrupt
+from orient.store.errors import Corrupt, Unreadable
 from orient.store.format import Format
+from orient.words import typed
 
 try:
     import fcntl
@@ -89,12 +90,18 @@ def real_path(path: str | os.PathLike[str]) -> Path:
         real = absolute.resolve(strict=True)
         mode = real.lstat().st_mode
     except FileNotFoundError:
-        raise UsageError(f"no such project: {text}.", f"Create one with: orient new {text} --from FOLDER") from None
+        hint = f"Create one with: orient new {typed(text)} --from FOLDER"
+        raise UsageError(f"no such project: {text}.", hint) from None
     except (RuntimeError, OSError) as error:
-        raise ProjectError(f"{text} cannot be opened: {_reason(error)}.") from None
+        raise _unreadable(f"{text} cannot be opened", error) from None
     if not stat.S_ISREG(mode):
         raise ProjectError(f"{text} is not a regular file.", "Give the name of a project file.")
     return real
+
+
+def _unreadable(what: str, error: Exception) -> Unreadable:
+    hint = "Ask for the right to read it and to search its folder." if isinstance(error, PermissionError) else ""
+    return Unreadable(f"{what}: {_reason(error)}.", hint)
 
 
 def _reason(error: Exception) -> str:
@@ -108,7 +115,7 @@ def _read_header(path: Path) -> tuple[bytes, bool]:
         with path.open("rb") as file:
             return file.read(100), _is_being_written(file.fileno())
     except OSError as error:
-        raise ProjectError(f"{path} cannot be read: {error.strerror}.") from None
+        raise _unreadable(f"{path} cannot be read", error) from None
 
 
 def _is_being_written(descriptor: int) -> bool:
@@ -143,7 +150,7 @@ def _check_identity(header: bytes, path: Path, form: Format, any_version: bool) 
     if header[18:20] == b"\x02\x02":
         raise ProjectError(
             f"{path}: another program changed this file to WAL mode.",
-            f"Run: orient receive {path.name} COPY",
+            f"Run: orient receive {typed(path.name)} COPY",
         )
     if header[18:20] != b"\x01\x01":
         raise Corrupt(f"{path}: damaged header.", "Use a backup.")
@@ -159,7 +166,7 @@ def _check_version(version: int, path: Path, form: Format, any_version: bool) ->
     if version < 1:
         raise ProjectError(f"{path} has an unknown format ({version}).", "Use a backup.")
     if version < form.version and not any_version:
-        raise ProjectError(f"{path} has format {version}.", f"Run: orient upgrade {path.name} (keeps a backup)")
+        raise ProjectError(f"{path} has format {version}.", f"Run: orient upgrade {typed(path.name)} (keeps a backup)")
 
 
 def _way_back(path: Path, version: int) -> str:
@@ -210,7 +217,7 @@ def _ends(journal: Path) -> tuple[bytes, bytes]:
     except FileNotFoundError:  # the command that wrote it has just finished
         return b"", b""
     except OSError as error:
-        raise ProjectError(f"{journal} cannot be read: {error.strerror}.") from None
+        raise _unreadable(f"{journal} cannot be read", error) from None
 
 
 def is_on_network(path: Path) -> bool:

@@ -1,6 +1,5 @@
 """One bad file of each kind among good ones: it is a row with its reason and exit code, and the rest is done."""
 
-import ctypes
 import os
 import shutil
 import sqlite3
@@ -20,10 +19,9 @@ from orient.store import connection
 from tests.batch.reading import assert_each_ended_once, latest, versions
 from tests.cli.commands import orient, orient_process
 from tests.cli.made_photo import GROUND, MadePhoto
-from tests.faults.privilege import PR_CAPBSET_DROP, without_privilege
+from tests.faults.privilege import like_anybody
 from tests.faults.privilege import modes_bind as modes_bind
 
-CAP_DAC_READ_SEARCH = 2
 Spoil = Callable[[Path], None]
 
 
@@ -153,13 +151,6 @@ def test_all_kinds_at_once_on_workers(projects: Path) -> None:
     assert {name: row["exit_code"] for name, row in found.items()} == {
         name: KINDS[spoilt[name]][0] if name in spoilt else 0 for name in names
     }
-
-
-def like_anybody() -> None:
-    """In the new process: root neither writes nor reads what modes forbid."""
-    if os.geteuid() == 0:
-        ctypes.CDLL(None).prctl(PR_CAPBSET_DROP, CAP_DAC_READ_SEARCH, 0, 0, 0)
-    without_privilege()
 
 
 @contextmanager

@@ -4,6 +4,7 @@ C1 ... C20 and the scenes of weak geometry; each ends in the result that is prom
 C4 is in tests/catalogue/control.py, C18 and C19 in test_blunders.py.
 """
 
+import re
 from csv import DictReader
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -117,6 +118,13 @@ def ran(photo: MadePhoto, folder: Path) -> tuple[Said, Path]:
     path = folder / "p.sqlite"
     assert orient("new", path, "--from", photo.write(folder / "in")).code == 0
     return orient("run", path), path
+
+
+def test_one_point_is_told_as_one(tmp_path: Path) -> None:
+    said, _ = ran(GOOD.with_points(GROUND[:1]), tmp_path)
+    assert "1 control point with all three coordinates in the photo (A); at least 3 are needed" in said.err
+    assert "1 point, 0 of them check points" in said.out
+    assert not re.search(r"\b1 (control |check |fiducial |local Cartesian )?(points|marks|fiducials|crosses)", said.out)
 
 
 SINGULAR = "SINGULAR: The control does not determine the orientation."

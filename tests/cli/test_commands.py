@@ -1,6 +1,7 @@
 """Every command once, on a small sample: exit code, what it says, what it stores."""
 
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -9,7 +10,9 @@ import pytest
 from orient.cli.command_line import command_line
 from orient.pipeline.registry import ALL_STAGES, STAGES
 from orient.store.project import open_project
-from tests.cli.commands import AERIAL, orient
+from tests.cli.commands import AERIAL, orient, orient_process
+from tests.faults.privilege import like_anybody
+from tests.faults.privilege import modes_bind as modes_bind
 
 COMMANDS = tuple(
     command.name or command.callback.__name__  # type: ignore[union-attr]
@@ -164,3 +167,81 @@ def test_json_holds_every_digit(project_of: Callable[[str], Path], stage: str) -
         run = project.heads()[stage]
         assert shown["tables"] == project.read_tables(run.run_id)
         assert shown["run"]["output_digest"] == run.output_digest
+
+
+TYPED = {"my photo.sqlite": "'my photo.sqlite'", "-dash.sqlite": "./-dash.sqlite"}
+
+
+@pytest.mark.parametrize("name", TYPED)
+def test_what_is_to_be_typed_next_can_be_typed(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert orient("new", "--from", AERIAL, "--", name).out.endswith(f"Next: orient run {TYPED[name]}\n")
+    assert orient("status", "--", name).out.endswith(f"Next: orient run {TYPED[name]}\n")
+    assert orient("show", "--", name).err.endswith(f"Run: orient run {TYPED[name]}\n")
+    (tmp_path / name).unlink()
+    assert orient("show", "--", name).err.endswith(f"Create one with: orient new {TYPED[name]} --from FOLDER\n")
+
+
+FOLDERS = {
+    "new": lambda project: ("new", "sub/", "--from", AERIAL),
+    "backup": lambda project: ("backup", project, "sub/"),
+    "receive": lambda project: ("receive", project, "sub/"),
+}
+
+
+@pytest.mark.parametrize("command", FOLDERS)
+def test_the_name_of_a_folder_is_no_name_of_a_file(
+    command: str, fresh: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    said = orient(*FOLDERS[command](fresh))
+    assert (said.code, said.err.splitlines()[0]) == (2, "orient: sub/ is the name of a folder")
+    assert not (tmp_path / "sub").exists()
+
+
+@pytest.mark.parametrize("words", [("new", "a.sqlite", "--from", AERIAL), ("check", "a.sqlite")], ids=["new", "check"])
+def test_a_current_folder_that_is_gone(
+    words: tuple[object, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "gone").mkdir()
+    monkeypatch.chdir(tmp_path / "gone")
+    (tmp_path / "gone").rmdir()
+    said = orient(*words)
+    assert (said.code, "there is no current folder any more" in said.err) == (2, True)
+
+
+CLOSED = {
+    "new": (lambda here: ("new", here / "b.sqlite", "--from", here / "closed/f"), 2, "f: permission denied"),
+    "check": (lambda here: ("check", here / "closed/p.sqlite"), 3, "Ask for the right to read it"),
+    "batch": (lambda here: ("batch", here / "closed/f"), 2, "cannot be read: Permission denied"),
+    "seal": (
+        lambda here: ("seal", here / "photo.sqlite", "-o", here / "s.sqlite", "--image", here / "closed/i.png"),
+        2,
+        "permission denied",
+    ),
+}
+
+
+@pytest.mark.usefixtures("modes_bind")
+@pytest.mark.parametrize("command", CLOSED)
+def test_a_folder_that_may_not_be_searched(command: str, aerial: Path, tmp_path: Path) -> None:
+    words, code, told = CLOSED[command]
+    (tmp_path / "closed").mkdir(0o000)
+    said = orient_process(*words(tmp_path), preexec_fn=like_anybody)
+    assert said.code == code
+    assert told in said.err
+    assert "Restore a backup" not in said.err
+
+
+def test_check_tells_the_remedy_of_what_it_found(tmp_path: Path) -> None:
+    said = orient("check", tmp_path)
+    assert said.code == 3
+    assert said.err.splitlines()[1:] == ["        Give the name of a project file."]
+
+
+def test_one_run_is_told_as_one(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    shutil.copy(AERIAL / "photo.toml", tmp_path / "in")
+    assert orient("new", tmp_path / "p.sqlite", "--from", tmp_path / "in").code == 0
+    assert "1 run, all sealed" in orient("check", tmp_path / "p.sqlite").out
+    assert "backup, 1 run, every digest verified" in orient("backup", tmp_path / "p.sqlite", tmp_path / "b.sqlite").out

@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 README = ROOT / "README.md"
 SHELL_BLOCK = re.compile(r"^```sh\n(.*?)^```", re.MULTILINE | re.DOTALL)
-RESULT_LINE = re.compile(r"^    ([a-z]+ +version \d+   \S.*)$", re.MULTILINE)
+RESULT_LINE = re.compile(r"^    ((?:[a-z]+ +version \d+   |Near-vertical, )\S.*)$", re.MULTILINE)
 RUN = [sys.executable, "-c", "from orient.cli.main import run; run()"]
 DEADLINE_S = 120
 
@@ -51,7 +51,7 @@ def test_every_command_is_documented() -> None:
 def test_the_commands_of_the_readme_run(tmp_path: Path) -> None:
     """In order, in a folder with `sample_projects`; `# fails` after a command expects a non-zero exit.
 
-    What the page shows of the results of stages is what they said.
+    What the page shows of the results of stages, and of closed formulas, is what they said.
     """
     commands = readme_commands()
     if not commands:

@@ -133,7 +133,7 @@ def recovered(path: Path) -> State:
     if not path.exists():
         return None
     report = check_project(path)
-    is_old = any("Run: orient upgrade" in line.detail for line in report.lines)
+    is_old = any("Run: orient upgrade" in line.hint for line in report.lines)
     assert report.ok or is_old, [line for line in report.lines if not line.ok]
     state = state_of(path)
     assert is_sound_to_sqlite(path)

@@ -123,6 +123,15 @@ def test_a_file_wrong_in_every_line_is_not_read_to_its_end(write: Write) -> None
         read_input("readings", [path], POINT)
     assert len(caught.value.problems) == 1001
     assert str(caught.value.problems[-1]) == ("readings.csv:1002: too many problems; the rest of the file was not read")
+    assert str(caught.value).split("\n")[20:] == ["... and at least 980 more problems"]
+
+
+def test_a_description_wrong_in_every_line_tells_no_number_of_problems(write: Write) -> None:
+    path = write("photo.toml", "".join(f"word{n} = 1\n" for n in range(5000)))
+    with pytest.raises(InputError) as caught:
+        read_input("photo", [path], POINT)
+    assert str(caught.value.problems[-1]).endswith("too many problems; the rest of the file was not read")
+    assert str(caught.value).split("\n")[20:] == ["... and at least 980 more problems"]
 
 
 MODEL = "zone,point,x,y,z,cov_xx,cov_xy,cov_xz,cov_yy,cov_yz,cov_zz\n"

@@ -99,7 +99,7 @@ def test_a_photo_measured_from_its_back():
 OBLIQUE = np.array([(-100.0, -90.0), (95.0, 100.0), (-80.0, 105.0), (110.0, -100.0)])
 LINE = np.array([(-100.0, -50.0), (-20.0, -10.0), (40.0, 20.0), (80.0, 40.0), (100.0, 50.0)])
 REFUSED = [
-    ("one mark", MARKS[:1], MARKS[:1], "similarity", "1 fiducial marks are measured; similarity needs 2"),
+    ("one mark", MARKS[:1], MARKS[:1], "similarity", "1 fiducial mark is measured; similarity needs 2"),
     ("two marks", MARKS[:2], MARKS[:2], "affine", "2 fiducial marks are measured; affine needs 3"),
     ("three marks", MARKS[:3], MARKS[:3], "projective", "3 fiducial marks are measured; projective needs 4"),
     ("a line", LINE, LINE, "affine", "lie on one line"),

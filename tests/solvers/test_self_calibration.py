@@ -285,7 +285,7 @@ def test_a_fixed_station_stays_and_two_points_more_are_saved() -> None:
 
 def test_one_equation_too_few_is_said() -> None:
     s = scene("few", "correction", n=3)
-    with pytest.raises(Exception, match="lacks 1 equations: 6 equations for 7 unknowns"):
+    with pytest.raises(Exception, match="lacks 1 equation: 6 for 7 unknowns"):
         s.resect(s.unknowns(("f",), s.truth))
 
 

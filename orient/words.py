@@ -1,0 +1,15 @@
+"""Words for sentences: a number with its noun, a name as a shell takes it."""
+
+import os
+import shlex
+
+
+def counted(number: int, thing: str, many: str = "") -> str:
+    """`1 point`, `3 points`."""
+    return f"{number} {thing if number == 1 else many or thing + 's'}"
+
+
+def typed(path: str | os.PathLike[str]) -> str:
+    """The path as one word of a command line: quoted for the shell, and not to be taken for an option."""
+    name = os.fspath(path)
+    return shlex.quote(f"./{name}" if name.startswith("-") else name)
