@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+import orient
 from benchmarks import peers
 from benchmarks.measuring import Task, compiled
 from benchmarks.peers import Orientation
@@ -55,17 +56,19 @@ def _single(n: int) -> Task:
         found = resection_batch(one.image[None], one.ground[None], F_MM, one.R0[None], one.S0[None], compiled=True)
         return _orientation(found)
 
+    def checked() -> Orientation:
+        return _orientation(orient.resection(one.image, one.ground, F_MM, one.R0, one.S0))
+
     rough = (one.image, one.ground, one.R0, one.S0)
-    candidates: dict[str, Callable[[], object]] = {"orient": own}
+    candidates: dict[str, Callable[[], object]] = {"orient": own, "orient, arguments checked": checked}
     if n >= 10_000:
         candidates |= compiled(by_numba)
     candidates["PoseLib + covariance"] = partial(peers.poselib_refined, *rough)
     if n <= 1000:
         candidates["OpenCV LM + covariance"] = partial(peers.opencv_refined, *rough)
-    line = ("lean resection", n)
-    return Task(
-        f"resection, n = {n}", candidates, TARGETS[n], 1e-5, line, numba_target=COMPILED.get(n), compared=_numbers
-    )
+    name, line = f"resection, n = {n}", ("lean resection", n)
+    note = "by the solver, and by `orient.resection`, which looks at its arguments first"
+    return Task(name, candidates, TARGETS[n], 1e-5, line, note, numba_target=COMPILED.get(n), compared=_numbers)
 
 
 def _from_nothing(n: int) -> Task:

@@ -272,10 +272,7 @@ def new(
     from orient.pipeline.runner import create
 
     target, source = path_of(path, "the project"), path_of(folder, "the folder")
-    try:
-        create(target, read_project(source, read_options(decimal, encoding)), reason)
-    except OSError as error:
-        raise UsageError(f"{error.filename} cannot be reached: {error.strerror}", "Give another name.") from None
+    create(target, read_project(source, read_options(decimal, encoding)), reason)
     return Photo(target)
 
 

@@ -40,7 +40,7 @@ def resection(
     S = None if ground_cofactor is None else array_of("ground_cofactor", ground_cofactor, (len(x), 3, 3))
     if S is not None:
         require_covariances("ground_cofactor", S)
-    return lean_resection(x, P, float(_focal_lengths(f_mm, 1)[0]), *start, S)
+    return lean_resection(x, P, _focal_lengths(f_mm, 1).item(), *start, S)
 
 
 def resections(
@@ -85,7 +85,7 @@ def _rotations(values: ArrayLike, shape: tuple[int, ...]) -> Array:
     """Rough rotations: the nearest ones, because the iteration only turns what it is given."""
     R = array_of("rotation", values, shape)
     apart = np.abs(R @ R.mT - NO_TURN).max(initial=0.0)
-    if apart > ROUGHEST or np.any(np.linalg.det(R) < 0):
+    if apart > ROUGHEST or (np.linalg.det(R) < 0).any():
         raise UsageError("rotation is no rotation matrix", "Give image axes to right-handed ground axes, det = +1.")
     if apart < EXACT:
         return R
@@ -98,6 +98,6 @@ def _focal_lengths(f_mm: ArrayLike, p: int) -> Array:
     wanted = "Give one focal length [mm]" + (f", or one for each of {p} photos." if p != 1 else ".")
     if f.shape not in ((), (p,)):
         raise UsageError(f"f_mm has the shape {f.shape}", wanted)
-    if not np.all(f > 0):
+    if not (f > 0).all():
         raise UsageError("f_mm is not positive", wanted)
-    return np.broadcast_to(f, (p,))
+    return f

@@ -12,6 +12,7 @@ from orient.pipeline.setting_values import check_settings
 from orient.store.digest import content_of, input_digest
 from orient.store.project import NewRun, Project, RunInfo, create_project_with, open_project
 from orient.values import Event, InputTables, Outcome, Settings, Tables
+from orient.words import counted
 
 INPUT_STAGE_VERSION = 1
 
@@ -276,7 +277,7 @@ def describe(given: InputTables) -> str:
     counts = {table: len(rows) for table, rows in given.tables.items()}
     if given.stage == "photo":
         photo = given.tables["photo"][0]
-        marks = _counted(counts.get("fiducial_mark", 0), "fiducial mark")
+        marks = counted(counts.get("fiducial_mark", 0), "fiducial mark")
         return f"{photo['name']}, {photo['platform']}, f {photo['f_mm']} mm, {marks}"
     if given.stage == IMAGE:
         image = given.tables["image"][0]
@@ -285,22 +286,18 @@ def describe(given: InputTables) -> str:
     if given.stage == "readings":
         rows = given.tables["comparator_reading"]
         kinds = [kind for kind, _ in {(str(row["kind"]), row["point"]) for row in rows}]
-        marks = f" and {_counted(kinds.count('fiducial'), 'fiducial mark')}" if "fiducial" in kinds else ""
-        cycles = _counted(len({row["cycle"] for row in rows}), "cycle")
-        return f"{_counted(len(rows), 'reading')} of {_counted(kinds.count('point'), 'point')}{marks} in {cycles}"
+        marks = f" and {counted(kinds.count('fiducial'), 'fiducial mark')}" if "fiducial" in kinds else ""
+        cycles = counted(len({row["cycle"] for row in rows}), "cycle")
+        return f"{counted(len(rows), 'reading')} of {counted(kinds.count('point'), 'point')}{marks} in {cycles}"
     if given.stage == "sheet":
-        crosses = _counted(counts["graticule_cross"], "cross", "crosses")
-        read = _counted(counts.get("digitizer_reading", 0), "reading")
-        return f"{_counted(counts['map_sheet'], 'sheet')}, {crosses}, {read} of points"
+        crosses = counted(counts["graticule_cross"], "cross", "crosses")
+        read = counted(counts.get("digitizer_reading", 0), "reading")
+        return f"{counted(counts['map_sheet'], 'sheet')}, {crosses}, {read} of points"
     if given.stage == "control":
         roles = [row["role"] for row in given.tables["control_point"]]
         control, check = roles.count("control"), roles.count("check")
-        return f"{_counted(control, 'control point')}, {_counted(check, 'check point')}"
-    return _counted(counts["model_point"], "model point")
-
-
-def _counted(number: int, thing: str, many: str = "") -> str:
-    return f"{number} {thing if number == 1 else many or thing + 's'}"
+        return f"{counted(control, 'control point')}, {counted(check, 'check point')}"
+    return counted(counts["model_point"], "model point")
 
 
 def _stale_inputs(project: Project, stage: Stage) -> list[str]:

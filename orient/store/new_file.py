@@ -3,6 +3,7 @@
 import errno
 import os
 import secrets
+import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -11,6 +12,7 @@ from orient.errors import OrientError, UsageError
 from orient.store.error_map import NO_SPACE, disk_errors
 from orient.store.errors import ReadOnly, StorageError
 from orient.store.preflight import is_open_here
+from orient.words import typed
 
 try:
     import fcntl
@@ -42,12 +44,29 @@ def name_in_folder(path: str | os.PathLike[str], what: str) -> Path:
     text = os.fspath(path)
     if not text or "\0" in text:
         raise UsageError(f"the name of {what} is empty or contains a zero byte", "Give the name of a file.")
-    target = Path(os.path.abspath(text))  # noqa: PTH100  (a new file takes exactly this name)
+    if text.endswith(os.sep):
+        raise UsageError(f"{text} is the name of a folder", "Give the name of a file.")
+    try:
+        target = Path(os.path.abspath(text))  # noqa: PTH100  (a new file takes exactly this name)
+    except FileNotFoundError:
+        raise UsageError("the current folder is gone", "Change to another one, or give absolute names.") from None
     if len(os.fsencode(target.name)) > LONGEST_NAME:
         raise UsageError(f"the name {target.name[:40]}... is too long", "Give a shorter one.")
-    if not target.parent.is_dir():
-        raise UsageError(f"the folder {target.parent} does not exist", "Create it first.")
+    _require_folder(target.parent)
     return target
+
+
+def _require_folder(folder: Path) -> None:
+    try:
+        is_folder = stat.S_ISDIR(folder.stat().st_mode)
+    except FileNotFoundError:
+        raise UsageError(f"the folder {folder} does not exist", "Create it first.") from None
+    except NotADirectoryError:
+        is_folder = False
+    except OSError as error:
+        raise UsageError(f"the folder {folder} cannot be used: {error.strerror}", "Choose another folder.") from None
+    if not is_folder:
+        raise UsageError(f"{folder} is no folder", "Give the name of a file in a folder.")
 
 
 def make_file(target: Path, write: Callable[[Path], None], mode: int = 0o600, replace: bool = False) -> None:
@@ -173,6 +192,6 @@ def sync_name(path: Path) -> None:
     except OSError as error:
         if error.errno not in NO_SYNC:
             message = f"{path} is written, but the disk reported an error at its folder ({error.strerror})."
-            raise StorageError(message, f"Check it with: orient check {path.name}") from error
+            raise StorageError(message, f"Check it with: orient check {typed(path.name)}") from error
     finally:
         os.close(descriptor)

@@ -108,5 +108,5 @@ CASES: dict[str, Case] = {
         words=(*SEAL, OUT, "--force"), code=0, changes=True, before=beside(link_to_letter), then=letter_stays
     ),
     "E9 missing folder": typed((*SEAL, f"{OUT}/x.sqlite"), "does not exist"),
-    "E9 a file for a folder": typed((*SEAL, f"{PROJECT}/x.sqlite"), "does not exist"),
+    "E9 a file for a folder": typed((*SEAL, f"{PROJECT}/x.sqlite"), "is no folder"),
 }

@@ -215,17 +215,6 @@ def test_a_current_folder_that_is_gone(tmp_path: Path, monkeypatch: pytest.Monke
             ask()
 
 
-def test_a_folder_that_cannot_be_reached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As where the folder above may not be searched; who tests as root may search all."""
-
-    def refuse(path: Path) -> bool:
-        raise PermissionError(13, "Permission denied", str(path))
-
-    monkeypatch.setattr(Path, "is_dir", refuse)
-    with pytest.raises(orient.UsageError, match="cannot be reached: Permission denied"):
-        orient.new(tmp_path / "n.sqlite", tmp_path / "folder")
-
-
 def test_settings_may_be_numbers_of_numpy(calgary: orient.Photo) -> None:
     settings = {
         "max_iterations": np.int64(21),

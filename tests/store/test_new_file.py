@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from orient.errors import UsageError
 from orient.store import new_file
-from orient.store.new_file import make_file
+from orient.store.new_file import make_file, new_name
 
 
 def write(temporary: Path) -> None:
@@ -72,3 +73,28 @@ def test_a_reserved_name_of_somebody_else_stays(tmp_path: Path, monkeypatch: pyt
     with pytest.raises(Exception, match="exists"):
         make_file(tmp_path / "new", write)
     assert [path.name for path in tmp_path.iterdir()] == ["new"]
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("file/new", "is no folder"),
+        ("missing/new", "does not exist"),
+        ("new/", "is the name of a folder"),
+        ("", "empty"),
+    ],
+)
+def test_names_that_no_file_can_have(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, told: str) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("file").touch()
+    with pytest.raises(UsageError, match=told):
+        new_name(name)
+
+
+def test_a_current_folder_that_is_gone_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    monkeypatch.chdir(gone)
+    gone.rmdir()
+    with pytest.raises(UsageError, match="the current folder is gone"):
+        new_name("new")
