@@ -6,7 +6,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
-from functools import cache
+from functools import cache, partial
 from itertools import count
 from pathlib import Path
 
@@ -34,6 +34,48 @@ parser = argparse.ArgumentParser()
 parser.add_argument('project')
 connection = sqlite3.connect(parser.parse_args().project)
 print(numpy.array(connection.execute('SELECT x_mm, y_mm FROM comparator_reading').fetchall(), dtype=float))
+"""
+PLAIN_RESECTION = """
+import argparse, sqlite3
+import numpy as np
+parser = argparse.ArgumentParser()
+parser.add_argument('project')
+parser.add_argument('result')
+names = parser.parse_args()
+source, target = sqlite3.connect(names.project), sqlite3.connect(names.result)
+query = 'SELECT x_mm / f_mm, y_mm / f_mm, X_m, Y_m, Z_m FROM photo, image_point JOIN topocentric_point USING (point)'
+given = np.array(source.execute(query).fetchall())
+image, ground = given[:, :2], given[:, 2:]
+z, g = image @ [1, 1j], ground @ [1, 1j, 0]  # a vertical photo
+a = np.vdot(g - g.mean(), z - z.mean()) / np.vdot(g - g.mean(), g - g.mean())
+plan, turn = g.mean() - z.mean() / a, a / abs(a)
+M = np.array([[turn.real, -turn.imag, 0], [turn.imag, turn.real, 0], [0, 0, 1]])
+S = np.array([plan.real, plan.imag, ground[:, 2].mean() + 1 / abs(a)])
+target.execute('CREATE TABLE iteration (number INTEGER PRIMARY KEY, X, Y, Z, vv, step)')
+for number in range(1, 8):
+    X, Y, Z = M @ (ground - S).T
+    u, v, w, zero = X / Z, Y / Z, 1 / Z, 0 * Z
+    rows = [[u * v, -1 - u * u, v, -w, zero, u * w], [1 + v * v, -u * v, -u, zero, -w, v * w]]
+    A, l = np.concatenate([np.transpose(row) for row in rows]), np.concatenate([image[:, 0] + u, image[:, 1] + v])
+    Q = np.linalg.inv(A.T @ A)
+    step = Q @ A.T @ l
+    c = np.cross(np.eye(3), step[:3] / 2)
+    E = np.linalg.solve(np.eye(3) - c, np.eye(3) + c)
+    S = S - (E @ M).T @ step[3:]
+    M = E @ M
+    target.execute('INSERT INTO iteration VALUES (?, ?, ?, ?, ?, ?)', (number, *S, l @ l, abs(step[:3]).max()))
+target.commit()
+print(M, S, np.sqrt(np.diag(Q) * (l @ l) / (l.size - 6)))
+"""
+TESTS = """
+from scipy.special import chdtrc, chdtri, nctdtrinc, stdtr, stdtrit
+r = l.size - 6
+v = l - A @ step
+share = 1 - np.einsum('ij,jk,ik->i', A, Q, A)
+tau = abs(v) / np.sqrt(l @ l / r * share)
+t = stdtrit(r - 1, 1 - 0.001 / 2)
+print(share, tau, t * np.sqrt(r / (r - 1 + t * t)), nctdtrinc(r - 1, 0.2, t))
+print(2 * stdtr(r - 1, -tau * np.sqrt((r - 1) / (r - tau**2))), chdtri(r, [0.025, 0.975]), chdtrc(r, l @ l))
 """
 NOTE = "in processes of their own; against the bare import of the packages that the command loads, and beside it a \
 command of argparse, sqlite3 and numpy that only reads and prints the readings"
@@ -67,6 +109,35 @@ def tasks() -> Iterator[Task]:
     libraries = _imports(["run", str(warm)])
     bases = {"orient": run_new, "its packages, imported": libraries, "argparse + sqlite3 + numpy": plain}
     yield Task("orient run", bases, 1.6, None, note=f"{NOTE}; a photo of 21 points, five stages", clock=WALL)
+    yield _resection(folder, fresh)
+
+
+def _resection(folder: Path, fresh: Path) -> Task:
+    """The points are read, the photo is resected, iterations and result are stored and printed."""
+    refined = folder / "refined.sqlite"
+    refined.write_bytes(fresh.read_bytes())
+    for stage in ("refine", "bl", "topocentric"):
+        _orient(stage, str(refined))()
+    numbers = count()
+
+    def own() -> None:
+        path = folder / f"resection-{next(numbers)}.sqlite"
+        path.write_bytes(refined.read_bytes())
+        _orient("resection", str(path))()
+
+    def plain(program: str) -> None:
+        result = folder / f"plain-{next(numbers)}.sqlite"
+        _python(f"import sys; sys.argv = ['plain', {str(refined)!r}, {str(result)!r}]\n{program}")()
+
+    note = (
+        "the plain program knows that the photo is nearly vertical; orient tests the observations too, as the last one"
+    )
+    candidates = {
+        "orient": own,
+        "argparse + sqlite3 + numpy": partial(plain, PLAIN_RESECTION),
+        "the same with tests by scipy.special": partial(plain, PLAIN_RESECTION + TESTS),
+    }
+    return Task("orient resection", candidates, 4.0, None, note=note, clock=WALL)
 
 
 @cache
