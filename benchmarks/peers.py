@@ -35,10 +35,15 @@ def with_covariance(R_cv: Array, t: Array, scaled: Array, pixels: Array) -> Orie
     J[0, 1], J[1, 1], J[2, 1], J[4, 1], J[5, 1] = -1 - v * v, u * v, u, w, -v * w
     J = J.reshape(6, -1) * f
     dx, dy = pixels[:, 0] - f * u, pixels[:, 1] - f * v
-    to_ground = np.zeros((6, 6))  # r -> -R' r, dS = -R' dt
-    to_ground[:3, :3], to_ground[3:, 3:] = R_cv.T, HEIGHT_M * R_cv.T
-    covariance = to_ground @ np.linalg.inv(J @ J.T) @ to_ground.T
+    covariance = _on_ground(np.linalg.inv(J @ J.T), R_cv.T)  # r -> -R' r, dS = -R' dt
     return Orientation((FLIP @ R_cv).T, -HEIGHT_M * (t @ R_cv), covariance, float(dx @ dx + dy @ dy) * SIGMA_MM**2)
+
+
+def _on_ground(covariance: Array, R: Array) -> Array:
+    """Of (r, dS) in the ground's axes and metres, from that in the axes of the camera and flying heights."""
+    turn = np.zeros((6, 6))
+    turn[:3, :3], turn[3:, 3:] = R, HEIGHT_M * R
+    return turn @ covariance @ turn.T
 
 
 def poselib_refined(image: Array, ground: Array, R0: Array, S0: Array) -> Orientation:
@@ -101,9 +106,7 @@ def gtsam_weighted(image: Array, given: Array, R0: Array, S0: Array) -> Orientat
     found = gtsam.LevenbergMarquardtOptimizer(graph, values, parameters).optimize()
     pose = found.atPose3(0)
     R = pose.rotation().matrix()
-    to_ground = np.zeros((6, 6))  # r and dS in the axes of the camera
-    to_ground[:3, :3], to_ground[3:, 3:] = R, HEIGHT_M * R
-    covariance = to_ground @ gtsam.Marginals(graph, found).marginalCovariance(0) @ to_ground.T
+    covariance = _on_ground(gtsam.Marginals(graph, found).marginalCovariance(0), R)
     return Orientation(R @ FLIP, HEIGHT_M * pose.translation(), covariance, 2.0 * graph.error(found) * SIGMA_MM**2)
 
 

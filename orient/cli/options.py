@@ -8,6 +8,7 @@ import typer
 
 from orient.errors import UsageError
 from orient.pipeline.reasons import check_reason
+from orient.words import is_valid
 
 SEPARATORS = tuple(separator for separator in (os.sep, os.altsep) if separator)
 
@@ -33,7 +34,7 @@ def _require_current_folder(name: str) -> None:
 
 def valid_text(text: str) -> str:
     """A text for the project; bytes that are no text cannot be stored or asked for."""
-    if not text.isascii() and any("\ud800" <= letter <= "\udfff" for letter in text):
+    if not is_valid(text):
         raise UsageError("an argument is not valid text (UTF-8)", "Write it in the encoding of your terminal.")
     return text
 

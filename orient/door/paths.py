@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 from orient.errors import UsageError
+from orient.store.new_file import absolute
 
 PathLike = str | os.PathLike[str]
 
@@ -16,9 +17,7 @@ def path_of(given: PathLike, what: str) -> Path:
     if not name or "\0" in name:
         raise UsageError(f"the name of {what} is empty or contains a zero byte", "Give another name.")
     try:
-        os.fsencode(os.path.abspath(name))  # noqa: PTH100  (this is what the floors below do)
+        os.fsencode(absolute(name))
     except UnicodeEncodeError:
         raise UsageError(f"the name of {what} has letters that no file can have", "Give another name.") from None
-    except FileNotFoundError:
-        raise UsageError("the current folder is gone", "Change to another one, or give absolute names.") from None
     return Path(name)

@@ -9,6 +9,7 @@ from pathlib import Path
 from orient.intake.findings import Findings, nearest, shown
 from orient.intake.options import ReadOptions
 from orient.intake.text_file import Lines, csv_lines
+from orient.words import counted
 
 SEPARATORS = ",;\t"
 COMMENT = "#"
@@ -139,8 +140,7 @@ def _records(file: str, lines: Lines, columns: list[str], separator: str, findin
         if len(cells) == len(columns):
             yield Record(line, dict(zip(columns, cells, strict=True)))
         else:
-            values = "value" if len(cells) == 1 else "values"
-            findings.problem(file, line, f"{len(cells)} {values}, expected {len(columns)}")
+            findings.problem(file, line, f"{counted(len(cells), 'value')}, expected {len(columns)}")
     if not any_line and findings.count(file) == before:
         findings.problem(file, 0, "no data lines")
 

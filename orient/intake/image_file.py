@@ -12,6 +12,7 @@ from orient.intake.findings import Findings, shown
 from orient.intake.image_size import size_px
 from orient.intake.text_file import opened
 from orient.values import Blob, InputTables, Row
+from orient.words import is_valid
 
 PART_BYTES = 2**20
 LARGEST_EMBEDDED = 2**30
@@ -107,7 +108,7 @@ def media_type(start: bytes) -> str:
 def _name(path: Path) -> str:
     """The last part of the path, which is all that is kept of it."""
     name = path.name
-    if any("\ud800" <= letter <= "\udfff" for letter in name):
+    if not is_valid(name):
         raise UsageError(f"the name {shown(name)} is not valid text (UTF-8)", "Rename the image.")
     return name
 

@@ -10,11 +10,12 @@ from orient.report.text import console, printable
 from orient.store.check import check_project
 from orient.store.copies import Copied, backup_project, receive_project
 from orient.store.upgrade import upgrade_project
+from orient.words import counted
 
 
 def show_check(path: Path) -> None:
     """Every line of the examination; a fault ends the command with exit code 3."""
-    with counted("rows examined") as progress:
+    with moving_count("rows examined") as progress:
         report = check_project(path, progress)
     out = console()
     for line in report.lines:
@@ -30,26 +31,26 @@ def show_check(path: Path) -> None:
 def show_backup(path: Path, target: Path | None) -> None:
     """Where the copy is and what was verified in it."""
     stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
-    with counted("rows examined") as progress:
+    with moving_count("rows examined") as progress:
         copied = backup_project(path, target or path.with_name(f"{path.stem}.backup-{stamp}{path.suffix}"), progress)
     _say_copied(copied, "backup")
 
 
 def show_received(stranger: Path, target: Path) -> None:
-    with counted("rows examined") as progress:
+    with moving_count("rows examined") as progress:
         copied = receive_project(stranger, target, progress)
     _say_copied(copied, "clean copy")
 
 
 def _say_copied(copied: Copied, what: str) -> None:
     out = console()
-    runs = "1 run" if copied.runs == 1 else f"{copied.runs} runs"
+    runs = counted(copied.runs, "run")
     out.print(f"{printable(str(copied.path))}: {what}, {runs}, every digest verified, {copied.size} bytes")
     out.print(f"sha256 {copied.sha256}")
 
 
 @contextmanager
-def counted(what: str) -> Iterator[Callable[[int, int], None]]:
+def moving_count(what: str) -> Iterator[Callable[[int, int], None]]:
     """A moving line on a terminal for long work, nothing elsewhere."""
     from rich.progress import BarColumn, MofNCompleteColumn
 

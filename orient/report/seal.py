@@ -7,7 +7,7 @@ from pathlib import Path
 from orient.errors import OrientError, UsageError
 from orient.pipeline.registry import IMAGE
 from orient.pipeline.seal import Request, Sealed, seal
-from orient.report.check import counted
+from orient.report.check import moving_count
 from orient.report.output_file import STDOUT, output_path, write_output
 from orient.report.text import console, print_json, printable
 from orient.store.project import Project, RunInfo, open_project
@@ -19,7 +19,7 @@ def show_sealed(path: Path, output: str, request: Request, as_json: bool) -> Non
     if output == STDOUT:
         raise UsageError("a sealed project is a file, not a stream", "Give the name of a file: -o FILE")
     target = output_path(output, path, request.force)
-    with counted("runs examined") as progress:
+    with moving_count("runs examined") as progress:
         done = seal(path, target, request, progress)
     if as_json:
         print_json(_content(done))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Self
 from orient.errors import OrientError
 from orient.report.text import console, print_json, printable
 from orient.values import Scalar
+from orient.words import counted
 
 if TYPE_CHECKING:
     from rich.progress import TaskID
@@ -101,7 +102,7 @@ def run_lines(verdict: "RunVerdict") -> list[str]:
 def _told(verdict: "RunVerdict") -> str:
     found = verdict.found
     if found.refused:
-        return f"{len(found.refused)} {'difference' if len(found.refused) == 1 else 'differences'}"
+        return counted(len(found.refused), "difference")
     if verdict.method == "digest":
         return "as sealed (a list, nothing to compute)"
     if verdict.verdict == "identical":

@@ -46,14 +46,19 @@ def name_in_folder(path: str | os.PathLike[str], what: str) -> Path:
         raise UsageError(f"the name of {what} is empty or contains a zero byte", "Give the name of a file.")
     if text.endswith(os.sep):
         raise UsageError(f"{text} is the name of a folder", "Give the name of a file.")
-    try:
-        target = Path(os.path.abspath(text))  # noqa: PTH100  (a new file takes exactly this name)
-    except FileNotFoundError:
-        raise UsageError("the current folder is gone", "Change to another one, or give absolute names.") from None
+    target = absolute(text)
     if len(os.fsencode(target.name)) > LONGEST_NAME:
         raise UsageError(f"the name {target.name[:40]}... is too long", "Give a shorter one.")
     _require_folder(target.parent)
     return target
+
+
+def absolute(name: str) -> Path:
+    """Exactly this name, links are not followed."""
+    try:
+        return Path(os.path.abspath(name))  # noqa: PTH100  (Path.absolute keeps ..)
+    except FileNotFoundError:
+        raise UsageError("the current folder is gone", "Change to another one, or give absolute names.") from None
 
 
 def _require_folder(folder: Path) -> None:
